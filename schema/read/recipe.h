@@ -1,0 +1,65 @@
+// A groom recipe: what keratin-bake is asked to make. Read from JSON with comments, defined by
+// schema/groom.fbs; every field but `curves` has a default that works.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "schema/asset.h"
+#include "schema/result.h"
+
+namespace keratin {
+
+enum class RootEnd { automatic, first, last };  // automatic: the end nearer to the mesh
+enum class UpAxis { y, z, x };
+enum class GuideMethod { random, kmeans, authored, motion };
+enum class MeshKeep { automatic, none, bound, all };  // automatic: bound when attach is triangle
+enum class ColliderMethod { none, fit };
+
+struct CurveSource {
+    std::string file;                     // resolved against the recipe's folder
+    std::vector<std::string> mesh_nodes;  // parts of the mesh it grows on, `*` allowed; empty: all
+    std::string group;                    // empty: "default", or the file's own groups
+    std::string bones;                    // .tfxbone of this file, resolved; empty: none
+    double scale = 1;                     // on top of the recipe's
+    RootEnd root_end = RootEnd::automatic;
+};
+
+struct GroupRecipe {
+    std::string name;
+    Material material;           // already filled with the recipe's own where not given
+    StrandParameters strand;
+};
+
+struct Recipe {
+    std::string file;            // as given on the command line
+    std::string text;            // its bytes, for the recipe hash
+    std::vector<CurveSource> curves;
+    std::string mesh;            // resolved; empty: none
+    MeshKeep mesh_keep = MeshKeep::automatic;
+    double scale = 1;            // m per file unit
+    UpAxis up_axis = UpAxis::y;
+    std::optional<std::uint32_t> points_per_strand;  // 2..1024; default 16 when max_error is absent too
+    std::optional<double> max_error;                 // m
+    double guide_fraction = 0.1;                     // (0, 1]
+    GuideMethod guide_method = GuideMethod::kmeans;
+    std::uint64_t guide_seed = 1;
+    Attach attach = Attach::bone;
+    Material material;
+    StrandParameters strand;
+    std::vector<GroupRecipe> groups;
+    ColliderMethod colliders = ColliderMethod::none;
+    bool push_out = false;
+    // Fields that the recipe left to their default, as paths, for --explain.
+    std::vector<std::string> defaulted;
+};
+
+// Reads and checks a recipe. Errors (input): what does not parse, with line and column; unknown
+// fields; wrong types; values out of range or not finite, with the path ("strand.damping").
+Result<Recipe> read_recipe(const std::string& path);
+// The same from text; relative paths in it are resolved against `folder`.
+Result<Recipe> parse_recipe(const std::string& text, const std::string& name, const std::string& folder);
+
+}  // namespace keratin
