@@ -8,7 +8,7 @@ find_path(KERATIN_FLATBUFFERS_INCLUDE flatbuffers/flatbuffers.h REQUIRED)
 add_library(keratin_options INTERFACE)
 target_compile_features(keratin_options INTERFACE cxx_std_20)
 target_compile_options(keratin_options INTERFACE
-  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wno-psabi
+  -Wall -Wextra -Wpedantic -Wshadow -Wno-psabi
   -ffp-contract=off -fno-math-errno -fvisibility=hidden -fvisibility-inlines-hidden
   $<$<BOOL:${KERATIN_WERROR}>:-Werror>)
 if(KERATIN_SANITIZE)
