@@ -4,19 +4,32 @@ namespace keratin {
 
 std::uint64_t domain_count(const AssetInfo& info, Domain domain) {
     switch (domain) {
-        case Domain::none: return 0;
-        case Domain::tile_edge: return std::uint64_t{info.tile_count} + 1;
-        case Domain::lane: return std::uint64_t{info.tile_count} * kTileLanes;
-        case Domain::row: return std::uint64_t{info.row_count} * kTileLanes;
-        case Domain::strand: return info.strand_count;
-        case Domain::strand_edge: return std::uint64_t{info.strand_count} + 1;
-        case Domain::point: return info.point_count;
-        case Domain::vertex: return info.vertex_count;
-        case Domain::triangle: return info.triangle_count;
-        case Domain::group: return info.groups.size();
-        case Domain::bone: return info.bones.size();
-        case Domain::mesh_vertex: return info.mesh_vertex_count;
-        case Domain::mesh_triangle: return info.mesh_triangle_count;
+        case Domain::none:
+            return 0;
+        case Domain::tile_edge:
+            return std::uint64_t{info.tile_count} + 1;
+        case Domain::lane:
+            return std::uint64_t{info.tile_count} * kTileLanes;
+        case Domain::row:
+            return std::uint64_t{info.row_count} * kTileLanes;
+        case Domain::strand:
+            return info.strand_count;
+        case Domain::strand_edge:
+            return std::uint64_t{info.strand_count} + 1;
+        case Domain::point:
+            return info.point_count;
+        case Domain::vertex:
+            return info.vertex_count;
+        case Domain::triangle:
+            return info.triangle_count;
+        case Domain::group:
+            return info.groups.size();
+        case Domain::bone:
+            return info.bones.size();
+        case Domain::mesh_vertex:
+            return info.mesh_vertex_count;
+        case Domain::mesh_triangle:
+            return info.mesh_triangle_count;
     }
     return 0;
 }

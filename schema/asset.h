@@ -2,12 +2,12 @@
 // the opener hands out. Lengths in m, SI units.
 #pragma once
 
+#include "schema/fields.h"
+
 #include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
-
-#include "schema/fields.h"
 
 namespace keratin {
 
@@ -33,23 +33,24 @@ using Ramp = std::vector<float>;
 
 // METHODS 1. Gains "per 1/60 s" are normalised by the step at run time.
 struct StrandParameters {
-    Ramp damping{0.05f};        // 0..1, share of the velocity lost per 1/60 s
-    Ramp friction{0.0f};        // 0..1, blend towards the grid's mean displacement per 1/60 s
-    Ramp volume{0.0f};          // m^2/s^2, k_v
+    Ramp damping{0.05f};           // 0..1, share of the velocity lost per 1/60 s
+    Ramp friction{0.0f};           // 0..1, blend towards the grid's mean displacement per 1/60 s
+    Ramp volume{0.0f};             // m^2/s^2, k_v
     std::uint32_t iterations = 4;  // 1..64 constraint iterations a step
-    float global_length = 0.1f;    // 0..1, factor inside the iterations; a full pass always ends a step
-    float length_damping = 0.9f;   // 0..1, s_damp
-    Ramp wind_response{1.0f};   // >= 0, factor on the wind's force
+    float global_length =
+        0.1f;  // 0..1, factor inside the iterations; a full pass always ends a step
+    float length_damping = 0.9f;  // 0..1, s_damp
+    Ramp wind_response{1.0f};     // >= 0, factor on the wind's force
     bool operator==(const StrandParameters&) const = default;
 };
 
 struct Material {
-    float radius = 4e-5f;          // m; semi-axis along m1 when elliptic
-    float radius2 = 4e-5f;         // m; semi-axis along m2
-    float density = 1300;          // kg/m^3
-    float youngs_modulus = 2e9f;   // Pa
-    float poisson_ratio = 0.48f;   // -1..0.5
-    float viscosity = 0;           // Pa s
+    float radius = 4e-5f;         // m; semi-axis along m1 when elliptic
+    float radius2 = 4e-5f;        // m; semi-axis along m2
+    float density = 1300;         // kg/m^3
+    float youngs_modulus = 2e9f;  // Pa
+    float poisson_ratio = 0.48f;  // -1..0.5
+    float viscosity = 0;          // Pa s
     bool operator==(const Material&) const = default;
 };
 
@@ -76,23 +77,23 @@ struct InputRecord {
 struct AssetInfo {
     std::uint16_t format_major = kAssetMajor, format_minor = kAssetMinor;
     std::string tool_version;
-    Hash128 file_hash;           // XXH3-128 over the file with this field zeroed
-    std::uint64_t file_size = 0; // bytes
-    Hash128 recipe_hash;         // of the recipe's text
+    Hash128 file_hash;            // XXH3-128 over the file with this field zeroed
+    std::uint64_t file_size = 0;  // bytes
+    Hash128 recipe_hash;          // of the recipe's text
     std::vector<InputRecord> inputs;
 
     Attach attach = Attach::bone;
-    std::vector<GroupInfo> groups;      // at least one
-    std::vector<std::string> bones;     // empty: one rigid motion carries everything
+    std::vector<GroupInfo> groups;   // at least one
+    std::vector<std::string> bones;  // empty: one rigid motion carries everything
     std::vector<AssetCollider> colliders;
 
-    std::uint32_t tile_count = 0;       // multiple of kQuadTiles
-    std::uint32_t row_count = 0;        // = tile_first_row[tile_count]
-    std::uint32_t guide_count = 0;      // lanes with points
-    std::uint32_t strand_count = 0;     // render strands
-    std::uint32_t point_count = 0;      // render points
-    std::uint32_t vertex_count = 0;     // stored mesh vertices
-    std::uint32_t triangle_count = 0;   // stored mesh triangles
+    std::uint32_t tile_count = 0;      // multiple of kQuadTiles
+    std::uint32_t row_count = 0;       // = tile_first_row[tile_count]
+    std::uint32_t guide_count = 0;     // lanes with points
+    std::uint32_t strand_count = 0;    // render strands
+    std::uint32_t point_count = 0;     // render points
+    std::uint32_t vertex_count = 0;    // stored mesh vertices
+    std::uint32_t triangle_count = 0;  // stored mesh triangles
 
     // The body the roots were bound to; zero without one. The hash is over the triangles' vertex
     // indices as read: a mesh with another topology cannot carry these roots.

@@ -2,13 +2,13 @@
 // reader of assets.
 #pragma once
 
+#include "schema/asset.h"
+#include "schema/result.h"
+
 #include <cstddef>
 #include <memory>
 #include <span>
 #include <string>
-
-#include "schema/asset.h"
-#include "schema/result.h"
 
 namespace keratin {
 
@@ -33,7 +33,7 @@ class AssetView {
 
     const AssetInfo& info() const { return info_; }
     const AssetFields& fields() const { return fields_; }  // valid as long as the view
-    std::span<const std::byte> bytes() const;               // the whole file
+    std::span<const std::byte> bytes() const;              // the whole file
 
   private:
     struct Mapping;

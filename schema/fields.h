@@ -10,18 +10,18 @@
 //     target      for indices: the Domain they must stay inside; none for numbers
 //     unit        of one element; "1" for pure numbers and indices
 //
-// Index layout of the tiled domains (lane, row): schema/layout.h. All other domains are interleaved:
-// component c of item i at i * components + c. The groom space of an asset is metres, y up,
-// right-handed, with the body in the pose it was bound in.
+// Index layout of the tiled domains (lane, row): schema/layout.h. All other domains are
+// interleaved: component c of item i at i * components + c. The groom space of an asset is metres,
+// y up, right-handed, with the body in the pose it was bound in.
 #pragma once
+
+#include "schema/layout.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>
-
-#include "schema/layout.h"
 
 namespace keratin {
 
@@ -99,10 +99,14 @@ struct FieldDescription {
 
 inline constexpr auto kAssetFields = std::to_array<FieldDescription>({
 #define X(name, element, domain, components, presence, target, unit, meaning) \
-    {#name,          std::is_same_v<element, float>,                          \
-     Domain::domain, components,                                              \
-     Presence::presence, Domain::target,                                      \
-     unit,           meaning},
+    {#name,                                                                   \
+     std::is_same_v<element, float>,                                          \
+     Domain::domain,                                                          \
+     components,                                                              \
+     Presence::presence,                                                      \
+     Domain::target,                                                          \
+     unit,                                                                    \
+     meaning},
     KERATIN_ASSET_FIELDS(X)
 #undef X
 });
