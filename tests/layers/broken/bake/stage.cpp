@@ -1,0 +1,1 @@
+#include "runtime/pass/pass.h"
