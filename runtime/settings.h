@@ -2,6 +2,8 @@
 // by make_plan. SI units, y up, right-handed, quaternions (x, y, z, w).
 #pragma once
 
+#include "runtime/lane/instruction_set.h"
+
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -70,9 +72,6 @@ struct PassSwitches {
     bool interpolation = true;
 };
 
-// automatic: the widest that the processor has. The results do not depend on it.
-enum class InstructionSet { automatic, baseline, avx2, avx512 };
-
 enum class OutputPrecision { float32, float16 };
 
 struct Settings {
@@ -83,7 +82,7 @@ struct Settings {
     // steps of one iteration each, so that the motion hardly depends on the frame rate.
     std::uint32_t iterations = 0;
     int threads = 0;  // 0: as many as OpenMP would take
-    InstructionSet instruction_set = InstructionSet::automatic;
+    InstructionSet instruction_set = InstructionSet::automatic;  // the results do not depend on it
     PassSwitches passes;
 
     // Share of the render strands that is interpolated, 0..1: a prefix of the asset's order. Can be
