@@ -1,0 +1,27 @@
+// One reader a format, each from bytes in memory. `file` names them in errors and in the result.
+// Every reader checks sizes before it allocates and never needs more than a fixed multiple of the
+// bytes it is given. Layouts: FORMATS §1.2 and the comments in each source.
+#pragma once
+
+#include "bake/raw_groom.h"
+#include "schema/result.h"
+
+#include <string>
+#include <string_view>
+
+namespace keratin {
+
+// TressFX strands, version 3 and 4. Version 4 marks points that are carried (w = 0): fixed_points.
+Result<RawGroom> read_tfx(std::string_view bytes, const std::string& file);
+
+// TressFX bones of a groom.
+Result<RawSkin> read_tfxbone(std::string_view bytes, const std::string& file);
+
+// A polygon mesh in OBJ. Numbering and triangles follow the file's indices alone, never its
+// positions, so that expressions of one face get the same triangles: a vertex is a pair
+// (position, texture coordinate) in order of first use; a polygon is cut into a fan from its first
+// corner. Parts are named by `o` or `g`, whichever came last; by `usemtl` in a file without them.
+// The file's material libraries are named in `dependencies` as written.
+Result<RawMesh> read_obj_mesh(std::string_view text, const std::string& file);
+
+}  // namespace keratin
