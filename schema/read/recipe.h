@@ -2,13 +2,13 @@
 // schema/groom.fbs; every field but `curves` has a default that works.
 #pragma once
 
+#include "schema/asset.h"
+#include "schema/result.h"
+
 #include <array>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "schema/asset.h"
-#include "schema/result.h"
 
 namespace keratin {
 
@@ -29,21 +29,22 @@ struct CurveSource {
 
 struct GroupRecipe {
     std::string name;
-    Material material;           // already filled with the recipe's own where not given
+    Material material;  // already filled with the recipe's own where not given
     StrandParameters strand;
 };
 
 struct Recipe {
-    std::string file;            // as given on the command line
-    std::string text;            // its bytes, for the recipe hash
+    std::string file;  // as given on the command line
+    std::string text;  // its bytes, for the recipe hash
     std::vector<CurveSource> curves;
-    std::string mesh;            // resolved; empty: none
+    std::string mesh;  // resolved; empty: none
     MeshKeep mesh_keep = MeshKeep::automatic;
-    double scale = 1;            // m per file unit
+    double scale = 1;  // m per file unit
     UpAxis up_axis = UpAxis::y;
-    std::optional<std::uint32_t> points_per_strand;  // 2..1024; default 16 when max_error is absent too
-    std::optional<double> max_error;                 // m
-    double guide_fraction = 0.1;                     // (0, 1]
+    std::optional<std::uint32_t>
+        points_per_strand;            // 2..1024; default 16 when max_error is absent too
+    std::optional<double> max_error;  // m
+    double guide_fraction = 0.1;      // (0, 1]
     GuideMethod guide_method = GuideMethod::kmeans;
     std::uint64_t guide_seed = 1;
     Attach attach = Attach::bone;
@@ -60,6 +61,7 @@ struct Recipe {
 // fields; wrong types; values out of range or not finite, with the path ("strand.damping").
 Result<Recipe> read_recipe(const std::string& path);
 // The same from text; relative paths in it are resolved against `folder`.
-Result<Recipe> parse_recipe(const std::string& text, const std::string& name, const std::string& folder);
+Result<Recipe> parse_recipe(const std::string& text, const std::string& name,
+                            const std::string& folder);
 
 }  // namespace keratin

@@ -9,6 +9,8 @@ add_library(keratin_options INTERFACE)
 target_compile_features(keratin_options INTERFACE cxx_std_20)
 target_compile_options(keratin_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wno-psabi
+  # g++ 12 warns of overlapping copies inside std::string's own operator+ (GCC bug 105651).
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   -ffp-contract=off -fno-math-errno -fvisibility=hidden -fvisibility-inlines-hidden
   $<$<BOOL:${KERATIN_WERROR}>:-Werror>)
 if(KERATIN_SANITIZE)
