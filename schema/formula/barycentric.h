@@ -3,11 +3,11 @@
 #ifndef KERATIN_SCHEMA_FORMULA_BARYCENTRIC_H
 #define KERATIN_SCHEMA_FORMULA_BARYCENTRIC_H
 
-#include "schema/formula/dual.h"
 #include "schema/formula/quaternion.h"
 #ifdef __cplusplus
 namespace keratin {
 #endif
+#include "schema/formula/dual.h"
 
 KERATIN_FORMULA Real3 barycentric_point(Real3 a, Real3 b, Real3 c, Real u, Real v) {
     return a * (Real(1) - u - v) + b * u + c * v;
@@ -22,8 +22,8 @@ KERATIN_FORMULA Real4 triangle_rotation(Real3 a, Real3 b, Real3 c) {
     return quaternion_of_columns(s, n, cross(s, n));
 }
 
+#include "schema/formula/dual_end.h"
 #ifdef __cplusplus
 }  // namespace keratin
 #endif
-#include "schema/formula/dual_end.h"
 #endif

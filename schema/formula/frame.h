@@ -4,11 +4,11 @@
 #ifndef KERATIN_SCHEMA_FORMULA_FRAME_H
 #define KERATIN_SCHEMA_FORMULA_FRAME_H
 
-#include "schema/formula/dual.h"
 #include "schema/formula/vec3.h"
 #ifdef __cplusplus
 namespace keratin {
 #endif
+#include "schema/formula/dual.h"
 
 // P(a, b) v of METHODS: v turned by the minimal rotation that takes the unit vector a to the unit
 // vector b: c v + k x v + k (k.v) / (1 + c), k = a x b, c = a.b. For 1 + c < 1e-7 (a and b
@@ -49,8 +49,8 @@ KERATIN_FORMULA Real3 from_frame(Real3 t, Real3 u, Real3 c) {
     return t * c.x + u * c.y + cross(t, u) * c.z;
 }
 
+#include "schema/formula/dual_end.h"
 #ifdef __cplusplus
 }  // namespace keratin
 #endif
-#include "schema/formula/dual_end.h"
 #endif

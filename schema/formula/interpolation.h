@@ -3,11 +3,11 @@
 #ifndef KERATIN_SCHEMA_FORMULA_INTERPOLATION_H
 #define KERATIN_SCHEMA_FORMULA_INTERPOLATION_H
 
-#include "schema/formula/dual.h"
 #include "schema/formula/vec3.h"
 #ifdef __cplusplus
 namespace keratin {
 #endif
+#include "schema/formula/dual.h"
 
 // a at s = 0, b at s = 1.
 KERATIN_FORMULA Real mix_values(Real a, Real b, Real s) { return a + (b - a) * s; }
@@ -32,8 +32,8 @@ inline double ramp_value(const Values& values, double s) {
 }
 #endif
 
+#include "schema/formula/dual_end.h"
 #ifdef __cplusplus
 }  // namespace keratin
 #endif
-#include "schema/formula/dual_end.h"
 #endif

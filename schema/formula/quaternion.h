@@ -3,11 +3,11 @@
 #ifndef KERATIN_SCHEMA_FORMULA_QUATERNION_H
 #define KERATIN_SCHEMA_FORMULA_QUATERNION_H
 
-#include "schema/formula/dual.h"
 #include "schema/formula/vec3.h"
 #ifdef __cplusplus
 namespace keratin {
 #endif
+#include "schema/formula/dual.h"
 
 // Rotation by b, then by a.
 KERATIN_FORMULA Real4 product(Real4 a, Real4 b) {
@@ -55,8 +55,8 @@ KERATIN_FORMULA Real4 quaternion_of_columns(Real3 c0, Real3 c1, Real3 c2) {
     return unit_quaternion(select(best_xy < best_zw, zw, xy));
 }
 
+#include "schema/formula/dual_end.h"
 #ifdef __cplusplus
 }  // namespace keratin
 #endif
-#include "schema/formula/dual_end.h"
 #endif

@@ -106,10 +106,10 @@ vec3 select(bool c, vec3 a, vec3 b) { return c ? a : b; }
 vec4 select(bool c, vec4 a, vec4 b) { return c ? a : b; }
 #endif
 
-#include "schema/formula/dual.h"
 #ifdef __cplusplus
 namespace keratin {
 #endif
+#include "schema/formula/dual.h"
 
 // a / |a|; `fallback` where a is shorter than 1e-18 (whose square is the smallest that float
 // keeps).
@@ -128,8 +128,8 @@ KERATIN_FORMULA Real3 any_perpendicular(Real3 t) {
     return Real3(Real(1) + s * t.x * t.x * a, s * t.x * t.y * a, -s * t.x);
 }
 
+#include "schema/formula/dual_end.h"
 #ifdef __cplusplus
 }  // namespace keratin
 #endif
-#include "schema/formula/dual_end.h"
 #endif
