@@ -26,7 +26,7 @@ KERATIN_FORMULA Real3 minimal_rotation(Real3 a, Real3 b, Real3 axis, Real3 v) {
 
 // The same for a director u perpendicular to a, made perpendicular to b and of unit length again
 // (rounding would let it drift). Half turns are about u itself: u stays.
-//   P(a, b) u = u - (b.u) / (1 + c) (a + b)   because k x u = b.u a - a.u b and a.u = 0.
+//   P(a, b) u = u - (b.u) / (1 + c) (a + b), from P v = v - ((a+b).v)/(1+c) (a+b) + 2 (a.v) b.
 KERATIN_FORMULA Real3 transport_director(Real3 a, Real3 b, Real3 u) {
     Real c = dot(a, b);
     Bool opposite = Real(1) + c < Real(1e-7);

@@ -29,7 +29,7 @@ rule(ROOM bake/read/occt      MAY schema bake       USE Eigen occt)
 
 rule(ROOM runtime             MAY schema runtime)
 rule(ROOM runtime/formula     MAY schema/formula runtime/formula runtime/lane)
-rule(ROOM runtime/lane        MAY runtime/lane)
+rule(ROOM runtime/lane        MAY schema/formula runtime/lane)
 rule(ROOM runtime/shape       MAY schema/formula runtime/lane runtime/shape)
 rule(ROOM runtime/pass        MAY schema runtime/formula runtime/lane runtime/shape runtime/pass)
 rule(ROOM runtime/cpu         MAY schema runtime/formula runtime/lane runtime/shape runtime/pass runtime/cpu runtime/buffers.h runtime/backend.h runtime/settings.h runtime/plan.h runtime/passes.h)
