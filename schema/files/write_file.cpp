@@ -88,6 +88,13 @@ Result<void> PendingFile::write(std::string_view text) {
     return write(std::as_bytes(std::span(text.data(), text.size())));
 }
 
+Result<void> PendingFile::overwrite(std::size_t offset, std::span<const std::byte> bytes) {
+    const ssize_t written = ::pwrite(file_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (written != static_cast<ssize_t>(bytes.size()))
+        return io_error(path_, "cannot write", errno);
+    return {};
+}
+
 Result<void> PendingFile::commit() {
     const int file = std::exchange(file_, -1);
     const auto fail = [&](const char* what) -> Result<void> {

@@ -31,6 +31,8 @@ class PendingFile {
 
     Result<void> write(std::span<const std::byte> bytes);
     Result<void> write(std::string_view text);
+    // Replaces bytes already written, for headers that are known last; the place must exist.
+    Result<void> overwrite(std::size_t offset, std::span<const std::byte> bytes);
     Result<void> commit();
     // Where the bytes are until commit(), for libraries that write files themselves.
     const std::string& temporary_path() const { return temporary_; }
