@@ -243,12 +243,15 @@ Result<void> check_settings(const TypedJson& json, SolverKind solver) {
     if (!settings) return {};
     const auto* def = json.parser.LookupStruct("keratin.scene_fb.Settings");
     const std::string word(solver_word(solver));
+    const auto knows = [&](const std::string& owners) {
+        return (" " + owners + " ").find(" " + word + " ") != std::string::npos;
+    };
     std::vector<std::string> known;
     for (const auto* field : def->fields.vec)
-        if (field->attributes.Lookup("solvers")->constant == word) known.push_back(field->name);
+        if (knows(field->attributes.Lookup("solvers")->constant)) known.push_back(field->name);
     for (const std::string& key : settings->keys) {
         const std::string owner = def->fields.Lookup(key)->attributes.Lookup("solvers")->constant;
-        if (owner == word) continue;
+        if (knows(owner)) continue;
         std::string message =
             "is a setting of the " + owner + " solver, but this scene runs " + word;
         if (known.empty()) message += ", which has no settings";

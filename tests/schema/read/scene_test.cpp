@@ -134,7 +134,7 @@ TEST_CASE("the strand solver's switches are read, and a setting of another solve
     CHECK(scene->settings.interpolation == false);
     CHECK(failure(R"("settings": { "newton": "full" })") ==
           "scene.json:2:25: settings.newton: is a setting of the rod solver, but this scene runs "
-          "strand, which knows grid_friction, grid_volume, stretch, local_shape, global_length, "
+          "strand, which knows iterations, grid_friction, grid_volume, stretch, local_shape, global_length, "
           "collision, interpolation");
     CHECK(failure(R"("solver": "rod", "settings": { "substeps": 4 })")
               .find("settings.substeps: is a setting of the cosserat solver") != std::string::npos);
