@@ -1,0 +1,342 @@
+// The passes of rod_pass.h as templates on the lane pack. Included by one file for each instruction
+// set, inside a namespace of that file.
+#pragma once
+
+#include "runtime/rod/banded_ldlt.h"
+#include "runtime/rod/rod_energy.h"
+#include "runtime/rod/rod_pass.h"
+
+namespace keratin {
+namespace {
+
+template <class Real>
+KERATIN_LANE_INLINE Vector3<Real> load3(const double* p) {
+    constexpr std::size_t lanes = Real::width;
+    return {Real::load(p), Real::load(p + lanes), Real::load(p + 2 * lanes)};
+}
+template <class Real>
+KERATIN_LANE_INLINE void store3(double* p, const Vector3<Real>& a) {
+    constexpr std::size_t lanes = Real::width;
+    a.x.store(p);
+    a.y.store(p + lanes);
+    a.z.store(p + 2 * lanes);
+}
+template <class Real>
+KERATIN_LANE_INLINE JointMaterial<Real> load_joint(const double* p) {
+    constexpr std::size_t lanes = Real::width;
+    return {Real::load(p),             Real::load(p + lanes),     Real::load(p + 2 * lanes),
+            Real::load(p + 3 * lanes), Real::load(p + 4 * lanes), Real::load(p + 5 * lanes),
+            Real::load(p + 6 * lanes), Real::load(p + 7 * lanes)};
+}
+
+// Four numbers of a vertex.
+template <class Real>
+struct Row {
+    Vector3<Real> x;
+    Real angle;
+};
+
+template <class Real>
+struct Evaluation {
+    const RodBlock& block;
+    double* gradient;
+    const double* d;
+    Real step, energy, slope;
+
+    // The numbers of row i are complete: inertia and the like are added, the row is written.
+    KERATIN_LANE_INLINE void finish(std::size_t i, const Row<Real>& v, const Row<Real>& elastic) {
+        constexpr std::size_t lanes = Real::width;
+        const Real value[4] = {v.x.x, v.x.y, v.x.z, v.angle};
+        const Real force[4] = {elastic.x.x, elastic.x.y, elastic.x.z, elastic.angle};
+#pragma GCC unroll 4
+        for (std::size_t c = 0; c < 4; ++c) {
+            const std::size_t at = (4 * i + c) * lanes;
+            const Real off = value[c] - Real::load(block.target + at);
+            const Real pull = Real::load(block.weight + at) * off;
+            energy = mul_add(Real(0.5) * pull, off, energy);
+            Real g = mul_add(step, force[c], pull);
+            const std::uint8_t free = block.free_lanes[4 * i + c];
+            if (free != static_cast<std::uint8_t>((1u << lanes) - 1))
+                g = select(mask_from_bits(g, free), g, Real(0.0));
+            g.store(gradient + at);
+            slope = mul_add(g, Real::load(d + at), slope);
+        }
+    }
+};
+
+template <class Real>
+void evaluate(const RodBlock& block, const double* v, const double* d, const double* alpha_in,
+              const double* frames, double* v_try, double* frames_try, double* gradient,
+              double* energy, double* slope) {
+    constexpr std::size_t lanes = Real::width;
+    const Real step(block.step), alpha = Real::load(alpha_in), zero(0.0);
+    const Real edge_count = Real::load(block.edge_count);
+    const Vector3<Real> tip_tangent = load3<Real>(block.ends + 6 * lanes);
+    const Vector3<Real> tip_director = load3<Real>(block.ends + 9 * lanes);
+
+    const auto moved = [&](std::size_t i, Row<Real>& velocity) {
+        Row<Real> x;
+        Real u[4];
+#pragma GCC unroll 4
+        for (std::size_t c = 0; c < 4; ++c) {
+            const std::size_t at = (4 * i + c) * lanes;
+            u[c] = mul_add(alpha, Real::load(d + at), Real::load(v + at));
+            u[c].store(v_try + at);
+        }
+        velocity = {{u[0], u[1], u[2]}, u[3]};
+        const double* t0 = block.x_t0 + 4 * i * lanes;
+        x.x = mul_add(step, velocity.x, load3<Real>(t0));
+        x.angle = mul_add(step, velocity.angle, Real::load(t0 + 3 * lanes));
+        return x;
+    };
+
+    Evaluation<Real> out{block, gradient, d, step, zero, zero};
+    const Vector3<Real> none{zero, zero, zero};
+    Row<Real> v_here, v_before{none, zero};
+    Row<Real> here = moved(0, v_here);
+    Real angle_before(0.0);
+    Vector3<Real> t = load3<Real>(block.ends), a_before = load3<Real>(block.ends + 3 * lanes);
+    Real inverse_before(1.0);
+    Directors<Real> before{a_before, cross(t, a_before)};
+    Row<Real> force_before{none, zero}, force_here{none, zero};
+
+    const std::size_t count = block.vertex_count;
+    for (std::size_t i = 0; i < count; ++i) {
+        Row<Real> next = here, v_next = v_here;
+        Vector3<Real> edge = tip_tangent;
+        if (i + 1 < count) {
+            next = moved(i + 1, v_next);
+            edge = next.x - here.x;
+        }
+        const double* frame = frames + i * kRodFrame * lanes;
+        double* frame_try = frames_try + i * kRodFrame * lanes;
+        EdgeGeometry<Real> e;
+        Vector3<Real> a;
+        if (i < block.min_edge_count) {
+            e = edge_geometry(edge);
+            a = transport(load3<Real>(frame), e.tangent, load3<Real>(frame + 3 * lanes));
+        } else {
+            const auto real = Real(static_cast<double>(i)) < edge_count;
+            e = edge_geometry(select(real, edge, tip_tangent));
+            a = transport(load3<Real>(frame), e.tangent, load3<Real>(frame + 3 * lanes));
+            a = select(real, a, tip_director);
+        }
+        const Directors<Real> after = material_directors(e.tangent, a, here.angle);
+        const Joint<Real> joint =
+            make_joint(t, inverse_before, before, e.tangent, e.inverse_length, after);
+        const Real reference = turn_near(transport(t, e.tangent, a_before), a, e.tangent,
+                                         Real::load(frame + 6 * lanes));
+        const Real twist = here.angle - angle_before + reference;
+        store3(frame_try, e.tangent);
+        store3(frame_try + 3 * lanes, a);
+        reference.store(frame_try + 6 * lanes);
+
+        const JointMaterial<Real> material =
+            load_joint<Real>(block.joints + i * kRodJoint * lanes);
+        const Real k = Real::load(block.edges + i * kRodEdge * lanes);
+        const Real rest = Real::load(block.edges + (i * kRodEdge + 1) * lanes);
+        out.energy = out.energy + bend_energy(material, joint) + twist_energy(material, twist) +
+                     stretch_energy(k, rest, e.length);
+        const JointGradient<Real> g = joint_gradient(material, joint, twist);
+        const Vector3<Real> tension = stretch_gradient(k, rest, e);
+        if (i > 0) {
+            force_before.x = force_before.x - g.e;
+            force_before.angle = force_before.angle + g.before;
+            out.finish(i - 1, v_before, force_before);
+        }
+        force_before = {force_here.x + g.e - g.f - tension, g.after};
+        force_here = {g.f + tension, zero};
+
+        v_before = v_here;
+        v_here = v_next;
+        angle_before = here.angle;
+        here = next;
+        t = e.tangent;
+        inverse_before = e.inverse_length;
+        before = after;
+        a_before = a;
+    }
+    out.finish(count - 1, v_before, force_before);
+    out.energy.store(energy);
+    out.slope.store(slope);
+}
+
+// band(row, column) += value, row >= column.
+template <class Real>
+KERATIN_LANE_INLINE void add_to_band(double* band, std::size_t row, std::size_t column,
+                                     const Real& value) {
+    constexpr std::size_t lanes = Real::width;
+    double* at = band + (row * kRodBandWidth + kRodHalfBand - (row - column)) * lanes;
+    (Real::load(at) + value).store(at);
+}
+
+// The 3 x 3 blocks and vectors of a joint's Hessian as a full lower triangle [11][11] of its local
+// numbers, times scale. x_{i-1} carries -e, x_i e - f, x_{i+1} f.
+template <class Real>
+KERATIN_LANE_INLINE void local_matrix(const JointHessian<Real>& h, const Real& scale,
+                                      Real (&m)[11][11]) {
+    const Real ee[3][3] = {{h.ee.xx, h.ee.xy, h.ee.xz}, {h.ee.xy, h.ee.yy, h.ee.yz}, {h.ee.xz, h.ee.yz, h.ee.zz}};
+    const Real ff[3][3] = {{h.ff.xx, h.ff.xy, h.ff.xz}, {h.ff.xy, h.ff.yy, h.ff.yz}, {h.ff.xz, h.ff.yz, h.ff.zz}};
+    const Real ef[3][3] = {{h.ef.xx, h.ef.xy, h.ef.xz}, {h.ef.yx, h.ef.yy, h.ef.yz}, {h.ef.zx, h.ef.zy, h.ef.zz}};
+    const Real eb[3] = {h.e_before.x, h.e_before.y, h.e_before.z};
+    const Real fb[3] = {h.f_before.x, h.f_before.y, h.f_before.z};
+    const Real ea[3] = {h.e_after.x, h.e_after.y, h.e_after.z};
+    const Real fa[3] = {h.f_after.x, h.f_after.y, h.f_after.z};
+#pragma GCC unroll 3
+    for (std::size_t r = 0; r < 3; ++r) {
+#pragma GCC unroll 3
+        for (std::size_t c = 0; c < 3; ++c) {
+            m[r][c] = scale * ee[r][c];
+            m[4 + r][c] = scale * (ef[c][r] - ee[r][c]);
+            m[4 + r][4 + c] = scale * (ee[r][c] + ff[r][c] - ef[r][c] - ef[c][r]);
+            m[8 + r][c] = -(scale * ef[c][r]);
+            m[8 + r][4 + c] = scale * (ef[c][r] - ff[r][c]);
+            m[8 + r][8 + c] = scale * ff[r][c];
+        }
+        m[3][r] = -(scale * eb[r]);
+        m[7][r] = -(scale * ea[r]);
+        m[4 + r][3] = scale * (eb[r] - fb[r]);
+        m[7][4 + r] = scale * (ea[r] - fa[r]);
+        m[8 + r][3] = scale * fb[r];
+        m[8 + r][7] = scale * fa[r];
+    }
+    m[3][3] = scale * h.before_before;
+    m[7][3] = scale * h.before_after;
+    m[7][7] = scale * h.after_after;
+}
+
+template <class Real>
+void assemble(const RodBlock& block, const double* v, const double* frames, const double* exact_in,
+              double* band) {
+    constexpr std::size_t lanes = Real::width;
+    const Real step(block.step), square = step * step, zero(0.0), exact = Real::load(exact_in);
+    const Real edge_count = Real::load(block.edge_count);
+    const Vector3<Real> tip_tangent = load3<Real>(block.ends + 6 * lanes);
+    const std::size_t count = block.vertex_count, rows = 4 * count;
+    for (std::size_t r = 0; r < rows; ++r) {
+        double* row = band + r * kRodBandWidth * lanes;
+#pragma GCC unroll 10
+        for (std::size_t k = 0; k < kRodHalfBand; ++k) zero.store(row + k * lanes);
+        Real::load(block.weight + r * lanes).store(row + kRodHalfBand * lanes);
+    }
+    const auto at = [&](std::size_t i) {
+        return mul_add(step, load3<Real>(v + 4 * i * lanes), load3<Real>(block.x_t0 + 4 * i * lanes));
+    };
+    const auto angle_at = [&](std::size_t i) {
+        const std::size_t k = (4 * i + 3) * lanes;
+        return mul_add(step, Real::load(v + k), Real::load(block.x_t0 + k));
+    };
+    Vector3<Real> here = at(0), t = load3<Real>(block.ends);
+    Vector3<Real> director = load3<Real>(block.ends + 3 * lanes);
+    Directors<Real> before{director, cross(t, director)};
+    Real inverse_before(1.0), angle_before(0.0);
+    for (std::size_t i = 0; i < count; ++i) {
+        const Vector3<Real> next = i + 1 < count ? at(i + 1) : here + tip_tangent;
+        Vector3<Real> edge = i + 1 < count ? next - here : tip_tangent;
+        if (i >= block.min_edge_count)
+            edge = select(Real(static_cast<double>(i)) < edge_count, edge, tip_tangent);
+        const EdgeGeometry<Real> e = edge_geometry(edge);
+        const double* frame = frames + i * kRodFrame * lanes;
+        const Real angle = angle_at(i);
+        const Directors<Real> after =
+            material_directors(e.tangent, load3<Real>(frame + 3 * lanes), angle);
+        const Joint<Real> joint =
+            make_joint(t, inverse_before, before, e.tangent, e.inverse_length, after);
+        const Real twist = angle - angle_before + Real::load(frame + 6 * lanes);
+        const JointHessian<Real> h = joint_hessian(
+            load_joint<Real>(block.joints + i * kRodJoint * lanes), joint, twist, exact);
+        Real m[11][11];
+        local_matrix(h, square, m);
+        // the edge after the joint stretches
+        const Real k = square * Real::load(block.edges + i * kRodEdge * lanes);
+        const Real rest = Real::load(block.edges + (i * kRodEdge + 1) * lanes);
+        const StretchHessian<Real> s = stretch_hessian(k, rest, e, exact);
+        const Real tangent[3] = {e.tangent.x, e.tangent.y, e.tangent.z};
+#pragma GCC unroll 3
+        for (std::size_t r = 0; r < 3; ++r) {
+#pragma GCC unroll 3
+            for (std::size_t c = 0; c < 3; ++c) {
+                Real x = s.along * tangent[r] * tangent[c];
+                if (r == c) x = x + s.across;
+                m[4 + r][4 + c] = m[4 + r][4 + c] + x;
+                m[8 + r][8 + c] = m[8 + r][8 + c] + x;
+                m[8 + r][4 + c] = m[8 + r][4 + c] - x;
+            }
+        }
+        const std::size_t from = i == 0 ? 4 : 0, to = i + 1 == count ? 8 : 11;
+        for (std::size_t r = from; r < to; ++r)
+            for (std::size_t c = from; c <= r; ++c)
+                add_to_band(band, 4 * i + r - 4, 4 * i + c - 4, m[r][c]);
+        here = next;
+        t = e.tangent;
+        before = after;
+        inverse_before = e.inverse_length;
+        angle_before = angle;
+    }
+    // prescribed numbers: a row and column of zeros with 1 on the diagonal
+    for (std::size_t r = 0; r < rows; ++r) {
+        const std::uint8_t free = block.free_lanes[r];
+        if (free == static_cast<std::uint8_t>((1u << lanes) - 1)) continue;
+        const auto mask = mask_from_bits(zero, free);
+        double* row = band + r * kRodBandWidth * lanes;
+        for (std::size_t k = 1; k <= kRodHalfBand; ++k) {
+            double* left = row + (kRodHalfBand - k) * lanes;
+            select(mask, Real::load(left), zero).store(left);
+            if (r + k >= rows) continue;
+            double* below = row + (k * kRodBandWidth + kRodHalfBand - k) * lanes;
+            select(mask, Real::load(below), zero).store(below);
+        }
+        double* diagonal = row + kRodHalfBand * lanes;
+        select(mask, Real::load(diagonal), Real(1.0)).store(diagonal);
+    }
+}
+
+template <class Real>
+std::uint32_t factor(std::size_t rows, double* band) {
+    return factor_band<Real>(rows, band);
+}
+
+template <class Real>
+void solve(const RodBlock& block, const double* band, const double* gradient, double* d,
+           double* norm_square, double* slope) {
+    constexpr std::size_t lanes = Real::width;
+    const std::size_t rows = 4 * static_cast<std::size_t>(block.vertex_count);
+    solve_lower<Real>(rows, band, d, [&](std::size_t r) { return -Real::load(gradient + r * lanes); });
+    const Real spin = Real::load(block.spin_weight), spin_square = spin * spin;
+    Real squares(0.0), spins(0.0), down(0.0);
+    solve_upper<Real>(rows, band, d, [&](std::size_t r, const Real& x) {
+        down = mul_add(Real::load(gradient + r * lanes), x, down);
+        if (r % 4 == 3)
+            spins = mul_add(x, x, spins);
+        else
+            squares = mul_add(x, x, squares);
+    });
+    mul_add(spin_square, spins, squares).store(norm_square);
+    down.store(slope);
+}
+
+template <class Real>
+void apply_inverse(std::size_t rows, const double* band, double* x) {
+    constexpr std::size_t lanes = Real::width;
+    solve_lower<Real>(rows, band, x, [&](std::size_t r) { return Real::load(x + r * lanes); });
+    solve_upper<Real>(rows, band, x, [](std::size_t, const Real&) {});
+}
+
+template <class Real>
+void keep(std::size_t count, std::uint32_t lanes_kept, const double* from, double* to) {
+    constexpr std::size_t lanes = Real::width;
+    const auto mask = mask_from_bits(Real(0.0), lanes_kept);
+    for (std::size_t k = 0; k < count; ++k) {
+        const std::size_t at = k * lanes;
+        select(mask, Real::load(from + at), Real::load(to + at)).store(to + at);
+    }
+}
+
+template <class Real>
+constexpr RodPasses make_passes() {
+    return {static_cast<std::uint32_t>(Real::width), &evaluate<Real>, &assemble<Real>,
+            &factor<Real>, &solve<Real>, &apply_inverse<Real>, &keep<Real>};
+}
+
+}  // namespace
+}  // namespace keratin
