@@ -17,6 +17,16 @@ Result<RawGroom> read_tfx(std::string_view bytes, const std::string& file);
 // TressFX bones of a groom.
 Result<RawSkin> read_tfxbone(std::string_view bytes, const std::string& file);
 
+// Curves of an OBJ file: free-form ones (`cstype [rat] bspline` or `bezier`, with `deg`, `curv`,
+// `parm u`, `end`) and polylines (`l`).
+//   The fourth number of a `v` is a weight in rational curves only. A curve is cut to its valid
+//   range, which unclamped curves may declare larger (Blender). Points run as `curv` lists them.
+//   An `l` of three or more vertices is a polyline. Those of two are edges: their chains are put
+//   together whatever their order and direction, starting at the end with the lower vertex number;
+//   a vertex with more than two edges and a closed loop have no such chain and are left out.
+//   `g` names a curve, `o` its group. Meshes and surfaces in the file are passed over.
+Result<RawGroom> read_obj_curves(std::string_view text, const std::string& file);
+
 // A polygon mesh in OBJ. Numbering and triangles follow the file's indices alone, never its
 // positions, so that expressions of one face get the same triangles: a vertex is a pair
 // (position, texture coordinate) in order of first use; a polygon is cut into a fan from its first

@@ -65,25 +65,6 @@ Result<std::uint32_t> corner(ObjMesh& obj, std::string_view word, std::string_vi
     return found->second;
 }
 
-// Reads `count` numbers after the statement's name; the missing ones from the second on are 0.
-Result<void> numbers(const ObjStatement& statement, std::string_view text, const std::string& file,
-                     std::size_t needed, double* out, std::size_t count) {
-    if (statement.words.size() < needed + 1)
-        return Error{ErrorCode::input, place_of(statement.words[0], text, file),
-                     '"' + std::string(statement.words[0]) + "\" needs " + std::to_string(needed) +
-                         " numbers"};
-    for (std::size_t i = 0; i < count; ++i) {
-        out[i] = 0;
-        if (i + 1 >= statement.words.size()) continue;
-        const auto value = parse_number(statement.words[i + 1]);
-        if (!value)
-            return Error{ErrorCode::input, place_of(statement.words[i + 1], text, file),
-                         '"' + std::string(statement.words[i + 1]) + "\" is not a number"};
-        out[i] = *value;
-    }
-    return {};
-}
-
 void add_triangles(ObjMesh& obj) {
     RawMesh& mesh = obj.mesh;
     const std::string& name = obj.has_object ? obj.object : obj.material;
@@ -106,7 +87,7 @@ Result<RawMesh> read_obj_mesh(std::string_view text, const std::string& file) {
         const std::string_view name = statement.words[0];
         if (name == "v") {
             Vec3 position;
-            if (auto read = numbers(statement, text, file, 3, position.data(), 3); !read)
+            if (auto read = read_numbers(statement, text, file, 3, {position.data(), 3}); !read)
                 return read.error();
             if (!is_usable(position))
                 return Error{ErrorCode::input, place_of(name, text, file),
@@ -116,7 +97,7 @@ Result<RawMesh> read_obj_mesh(std::string_view text, const std::string& file) {
             obj.v.push_back(position);
         } else if (name == "vt") {
             Vec2 uv;
-            if (auto read = numbers(statement, text, file, 1, uv.data(), 2); !read)
+            if (auto read = read_numbers(statement, text, file, 1, {uv.data(), 2}); !read)
                 return read.error();
             if (!uv.allFinite())
                 return Error{ErrorCode::input, place_of(name, text, file),

@@ -92,6 +92,25 @@ std::optional<std::size_t> resolve_index(long long index, std::size_t count) {
     return {};
 }
 
+Result<void> read_numbers(const ObjStatement& statement, std::string_view text,
+                          const std::string& file, std::size_t needed, std::span<double> out) {
+    if (statement.words.size() < needed + 1)
+        return Error{ErrorCode::input, place_of(statement.words[0], text, file),
+                     '"' + std::string(statement.words[0]) + "\" needs " + std::to_string(needed) +
+                         " numbers"};
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        out[i] = 0;
+        if (i + 1 >= statement.words.size()) continue;
+        const std::string_view word = statement.words[i + 1];
+        const auto value = parse_number(word);
+        if (!value)
+            return Error{ErrorCode::input, place_of(word, text, file),
+                         '"' + std::string(word) + "\" is not a number"};
+        out[i] = *value;
+    }
+    return {};
+}
+
 std::string join_words(const ObjStatement& statement, std::size_t first) {
     std::string joined;
     for (std::size_t i = first; i < statement.words.size(); ++i) {

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -40,6 +41,11 @@ std::string place_of(std::string_view word, std::string_view text, const std::st
 
 // Place in a list of `count` items of an OBJ index: from 1, or negative from the list's end.
 std::optional<std::size_t> resolve_index(long long index, std::size_t count);
+
+// The numbers after a statement's name; the error names the place of what is wrong. At least
+// `needed` must be there; those of `out` that are not become 0, further words are not looked at.
+Result<void> read_numbers(const ObjStatement& statement, std::string_view text,
+                          const std::string& file, std::size_t needed, std::span<double> out);
 
 // What the words after a name spell, joined by single blanks.
 std::string join_words(const ObjStatement& statement, std::size_t first);

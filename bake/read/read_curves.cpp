@@ -20,10 +20,11 @@ std::string ending_of(const std::string& path) {
 Result<RawGroom> read_by_ending(const std::string& path, std::string_view bytes) {
     const std::string ending = ending_of(path);
     if (ending == ".tfx") return read_tfx(bytes, path);
+    if (ending == ".obj") return read_obj_curves(bytes, path);
     return Error{ErrorCode::unsupported, path,
                  ending.empty()
-                     ? "the name has no ending that tells the format (known: .tfx)"
-                     : '"' + ending + "\" is not a known format of curves (known: .tfx)"};
+                     ? "the name has no ending that tells the format (known: .tfx, .obj)"
+                     : '"' + ending + "\" is not a known format of curves (known: .tfx, .obj)"};
 }
 
 }  // namespace
