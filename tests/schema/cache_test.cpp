@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <unistd.h>
 
 using namespace keratin;
 namespace fs = std::filesystem;
@@ -41,7 +42,8 @@ CacheFrame small_frame(std::uint32_t number) {
 }
 
 struct Folder {
-    fs::path path = fs::temp_directory_path() / "keratin_cache_test";
+    fs::path path =
+        fs::temp_directory_path() / ("keratin_cache_test_" + std::to_string(::getpid()));
     Folder() {
         fs::remove_all(path);
         fs::create_directories(path);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <unistd.h>
 
 using namespace keratin;
 
@@ -199,7 +200,8 @@ TEST_CASE("a recipe that is missing or a folder is an input-output error with it
 }
 
 TEST_CASE("a recipe is read from its file with paths seen from its folder") {
-    const auto folder = std::filesystem::temp_directory_path() / "keratin_recipe_test";
+    const auto folder = std::filesystem::temp_directory_path() /
+                        ("keratin_recipe_test_" + std::to_string(::getpid()));
     std::filesystem::create_directories(folder);
     std::ofstream(folder / "g.json") << "\xef\xbb\xbf{ \"curves\": [{ \"file\": \"a.tfx\" }] }";
     auto recipe = read_recipe((folder / "g.json").string());

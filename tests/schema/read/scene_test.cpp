@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <unistd.h>
 
 using namespace keratin;
 
@@ -27,7 +28,8 @@ std::string strand_failure(const std::string& fields) {
 }  // namespace
 
 TEST_CASE("every field of a scene is read") {
-    const auto folder = std::filesystem::temp_directory_path() / "keratin_scene_test";
+    const auto folder = std::filesystem::temp_directory_path() /
+                        ("keratin_scene_test_" + std::to_string(::getpid()));
     std::filesystem::create_directories(folder);
     std::ofstream(folder / "poses.json")
         << R"({"bones": {"head": [{"time": 0}, {"time": 1, "translation": [1,2,3], "rotation": [0,2,0,0]}]}})";
@@ -134,7 +136,8 @@ TEST_CASE("the strand solver's switches are read, and a setting of another solve
     CHECK(scene->settings.interpolation == false);
     CHECK(failure(R"("settings": { "newton": "full" })") ==
           "scene.json:2:25: settings.newton: is a setting of the rod solver, but this scene runs "
-          "strand, which knows iterations, grid_friction, grid_volume, stretch, local_shape, global_length, "
+          "strand, which knows iterations, grid_friction, grid_volume, stretch, local_shape, "
+          "global_length, "
           "collision, interpolation");
     CHECK(failure(R"("solver": "rod", "settings": { "substeps": 4 })")
               .find("settings.substeps: is a setting of the cosserat solver") != std::string::npos);
