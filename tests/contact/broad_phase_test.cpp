@@ -1,0 +1,95 @@
+#include "runtime/contact/broad_phase.h"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <random>
+
+using namespace keratin;
+
+namespace {
+
+struct Boxes {
+    std::vector<float> low[3], high[3];
+    BoxBounds bounds() const { return {low[0], low[1], low[2], high[0], high[1], high[2]}; }
+};
+
+// Boxes of edge lengths up to `size` in the unit cube; every `large_every`-th is 30 times as large.
+Boxes random_boxes(std::size_t count, float size, std::size_t large_every, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> unit(0, 1);
+    Boxes b;
+    for (std::size_t i = 0; i < count; ++i)
+        for (int a = 0; a < 3; ++a) {
+            const float low = unit(random),
+                        extent = size * unit(random) *
+                                 (large_every > 0 && i % large_every == 0 ? 30 : 1);
+            b.low[a].push_back(low);
+            b.high[a].push_back(low + extent);
+        }
+    return b;
+}
+
+std::vector<BoxPair> brute_force(const Boxes& b) {
+    std::vector<BoxPair> pairs;
+    const std::uint32_t n = static_cast<std::uint32_t>(b.low[0].size());
+    for (std::uint32_t i = 0; i < n; ++i)
+        for (std::uint32_t j = i + 1; j < n; ++j) {
+            bool overlap = true;
+            for (int a = 0; a < 3; ++a)
+                overlap &= b.low[a][i] <= b.high[a][j] && b.low[a][j] <= b.high[a][i];
+            if (overlap) pairs.push_back({i, j});
+        }
+    return pairs;
+}
+
+std::vector<BoxPair> found_by(const Boxes& b, BroadPhaseMethod method, int threads) {
+    BroadPhase broad;
+    std::vector<BoxPair> pairs;
+    broad.find_pairs(b.bounds(), threads, pairs, method);
+    return pairs;
+}
+
+std::vector<BoxPair> sorted(std::vector<BoxPair> pairs) {
+    std::sort(pairs.begin(), pairs.end(), [](const BoxPair& l, const BoxPair& r) {
+        return l.first != r.first ? l.first < r.first : l.second < r.second;
+    });
+    return pairs;
+}
+
+}  // namespace
+
+TEST_CASE("grid and tree find exactly the overlapping boxes") {
+    for (const std::size_t count : {2, 15, 16, 17, 255, 257, 3000, 5000}) {
+        const Boxes b = random_boxes(count, 0.05f, 0, static_cast<unsigned>(count));
+        const std::vector<BoxPair> expected = brute_force(b);
+        INFO(count << " boxes");
+        CHECK(sorted(found_by(b, BroadPhaseMethod::grid, 1)) == expected);
+        CHECK(sorted(found_by(b, BroadPhaseMethod::tree, 1)) == expected);
+        CHECK(sorted(found_by(b, BroadPhaseMethod::automatic, 2)) == expected);
+    }
+}
+
+TEST_CASE("boxes of very different size are found") {
+    const Boxes b = random_boxes(2000, 0.02f, 100, 7);
+    const std::vector<BoxPair> expected = brute_force(b);
+    CHECK(sorted(found_by(b, BroadPhaseMethod::automatic, 1)) == expected);
+    CHECK(sorted(found_by(b, BroadPhaseMethod::tree, 1)) == expected);
+}
+
+TEST_CASE("boxes in a plane, on a line and in one place are found") {
+    for (int flat = 1; flat <= 3; ++flat) {
+        Boxes b = random_boxes(500, 0.05f, 0, 3);
+        for (int a = 0; a < flat; ++a)
+            for (std::size_t i = 0; i < 500; ++i) b.low[a][i] = b.high[a][i] = 0.25f;
+        const std::vector<BoxPair> expected = brute_force(b);
+        CHECK(sorted(found_by(b, BroadPhaseMethod::grid, 1)) == expected);
+        CHECK(sorted(found_by(b, BroadPhaseMethod::tree, 1)) == expected);
+    }
+}
+
+TEST_CASE("the order of the pairs does not depend on the number of threads") {
+    const Boxes b = random_boxes(4000, 0.05f, 0, 11);
+    for (const BroadPhaseMethod method : {BroadPhaseMethod::grid, BroadPhaseMethod::tree})
+        CHECK(found_by(b, method, 1) == found_by(b, method, 2));
+}
