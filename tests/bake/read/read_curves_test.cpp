@@ -1,11 +1,10 @@
 #include "bake/read/read_curves.h"
 
 #include "tests/bake/read/make_bytes.h"
+#include "tests/temporary_folder.h"
 
 #include <catch2/catch.hpp>
 
-#include <filesystem>
-#include <fstream>
 #include <limits>
 
 using namespace keratin;
@@ -28,14 +27,13 @@ TEST_CASE("a file without one usable curve is an error that names the first faul
     for (std::uint32_t field : {1u, 2u, 160u}) test::append(bytes, field);
     bytes.resize(160, '\0');
     for (int i = 0; i < 8; ++i) test::append(bytes, std::numeric_limits<float>::infinity());
-    const auto path = std::filesystem::temp_directory_path() / "keratin_no_usable_curve.tfx";
-    std::ofstream(path, std::ios::binary) << bytes;
-    const auto groom = read_curves(path.string());
-    std::filesystem::remove(path);
+    const test::TemporaryFolder folder;
+    const std::string path = folder.write("bad.tfx", bytes);
+    const auto groom = read_curves(path);
     REQUIRE(!groom);
     CHECK(groom.error().code == ErrorCode::input);
     CHECK(to_string(groom.error()) ==
-          path.string() +
+          path +
               ": curve 0: point 0 is not finite or is immensely far away; the file holds no "
               "usable curve");
 }

@@ -1,29 +1,16 @@
 #include "bake/read/read_mesh.h"
 #include "tests/bake/read/make_bytes.h"
+#include "tests/temporary_folder.h"
 
 #include <catch2/catch.hpp>
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 
 using namespace keratin;
 
 namespace {
-
-// A folder of its own that goes away with the test.
-struct Folder {
-    std::filesystem::path path;
-    explicit Folder(const char* name) : path(std::filesystem::temp_directory_path() / name) {
-        std::filesystem::create_directories(path);
-    }
-    ~Folder() { std::filesystem::remove_all(path); }
-    std::string write(const std::string& name, const std::string& bytes) const {
-        std::ofstream(path / name, std::ios::binary) << bytes;
-        return (path / name).string();
-    }
-};
 
 // A unit square of two triangles in the plane z = 0: positions, then u16 indices.
 std::string square_buffer(float last_x) {
@@ -46,7 +33,7 @@ std::string square_gltf(const std::string& nodes) {
 }  // namespace
 
 TEST_CASE("a glTF mesh stands where its node puts it and names its buffer as a dependency") {
-    const Folder folder("keratin_scene_mesh_place");
+    const test::TemporaryFolder folder;
     const std::string buffer = folder.write("square.bin", square_buffer(1));
     const std::string path = folder.write(
         "square.gltf",
@@ -64,7 +51,7 @@ TEST_CASE("a glTF mesh stands where its node puts it and names its buffer as a d
 }
 
 TEST_CASE("a mesh vertex that is not finite is refused by name") {
-    const Folder folder("keratin_scene_mesh_nan");
+    const test::TemporaryFolder folder;
     folder.write("square.bin", square_buffer(std::numeric_limits<float>::quiet_NaN()));
     const std::string path =
         folder.write("square.gltf", square_gltf(R"([{"name":"patch","mesh":0}])"));
@@ -83,7 +70,7 @@ TEST_CASE("a skinned glTF mesh brings its bones and weights") {
         for (float weight : {0.25f, 0.75f, 0.f, 0.f}) test::append(buffer, weight);
     for (int joint = 0; joint < 2; ++joint)  // inverse bind matrices
         for (int entry = 0; entry < 16; ++entry) test::append(buffer, entry % 5 == 0 ? 1.f : 0.f);
-    const Folder folder("keratin_scene_mesh_skin");
+    const test::TemporaryFolder folder;
     folder.write("skin.bin", buffer);
     const std::string path =
         folder.write("skin.gltf",
@@ -116,7 +103,7 @@ TEST_CASE("a missing, a damaged and a pointless mesh file are refused") {
     const auto missing = read_mesh("nowhere.fbx");
     REQUIRE(!missing);
     CHECK(missing.error().code == ErrorCode::io);
-    const Folder folder("keratin_scene_mesh_damaged");
+    const test::TemporaryFolder folder;
     const auto damaged = read_mesh(folder.write("damaged.glb", "glTF no more"));
     REQUIRE(!damaged);
     CHECK(damaged.error().code == ErrorCode::input);
@@ -129,7 +116,7 @@ TEST_CASE("a missing, a damaged and a pointless mesh file are refused") {
 }
 
 TEST_CASE("an FBX mesh is read with its triangles") {
-    const Folder folder("keratin_scene_mesh_fbx");
+    const test::TemporaryFolder folder;
     const std::string path = folder.write("square.fbx", R"(; FBX 7.4.0 project file
 FBXHeaderExtension:  {
 	FBXHeaderVersion: 1003

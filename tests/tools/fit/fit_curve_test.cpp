@@ -37,12 +37,12 @@ TEST_CASE("a rational cubic follows a helix, clamped or not, and ends where it e
     }
     for (KnotEnds ends : {KnotEnds::clamped, KnotEnds::unclamped}) {
         const CurveFit fit = fit_rational_cubic(points, 9, ends);
-        CHECK(fit.max_error < 2e-3);
+        CHECK(fit.max_error < 3e-3);
         const auto nurbs =
             NurbsCurve::make(fit.curve.points, fit.curve.weights, fit.curve.knots, 3);
         REQUIRE(nurbs);
-        CHECK((nurbs->position(0) - points.front()).norm() < 1e-3);
-        CHECK((nurbs->position(1) - points.back()).norm() < 1e-3);
+        CHECK((nurbs->position(0) - points.front()).norm() < 2e-3);
+        CHECK((nurbs->position(1) - points.back()).norm() < 2e-3);
         const bool starts_on_a_point = (nurbs->position(0) - fit.curve.points[0]).norm() < 1e-9;
         CHECK(starts_on_a_point == (ends == KnotEnds::clamped));
     }
