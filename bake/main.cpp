@@ -1,0 +1,473 @@
+// keratin-bake: a groom recipe, curves and a mesh become one asset.
+#include "bake/output.h"
+#include "bake/read/read_curves.h"
+#include "bake/read/read_mesh.h"
+#include "bake/report.h"
+#include "bake/stage/bones.h"
+#include "bake/stage/colliders.h"
+#include "bake/stage/degenerate.h"
+#include "bake/stage/evaluate.h"
+#include "bake/stage/guides.h"
+#include "bake/stage/inside.h"
+#include "bake/stage/order.h"
+#include "bake/stage/place.h"
+#include "bake/stage/resample.h"
+#include "bake/stage/rest.h"
+#include "bake/stage/root_end.h"
+#include "bake/stage/roots.h"
+#include "bake/stage/size.h"
+#include "bake/stage/weights.h"
+#include "bake/write.h"
+#include "runtime/export/strand_export.h"
+#include "schema/asset_view.h"
+#include "schema/file_hash.h"
+#include "schema/files/write_file.h"
+#include "schema/mapped_file.h"
+#include "schema/read/recipe.h"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <omp.h>
+#include <optional>
+#include <string>
+#include <unistd.h>
+#include <vector>
+
+using namespace keratin;
+
+namespace {
+
+constexpr int kDone = 0, kNo = 1, kWrong = 2;
+
+struct Options {
+    std::string recipe, output, check, depfile, sarif, export_guides;
+    int threads = 0;
+    bool strict = false, explain = false, json = false, quiet = false, keep_mtime = false;
+};
+
+std::string version_text() {
+    return "keratin-bake " KERATIN_VERSION ", asset revision " + std::to_string(kAssetMajor) + "." +
+           std::to_string(kAssetMinor);
+}
+
+// Times the stages, and shows them on stderr when that is a terminal and the bake takes long.
+class Stages {
+  public:
+    explicit Stages(bool show) : show_(show && isatty(STDERR_FILENO)) {}
+    ~Stages() {
+        if (shown_) std::fprintf(stderr, "\r\033[K");
+    }
+
+    void begin(const char* name) {
+        end();
+        name_ = name;
+        cpu_begin_ = std::clock();
+        ++count_;
+        const std::chrono::duration<double> since = std::chrono::steady_clock::now() - start_;
+        if (!show_ || since.count() < kQuietSeconds) return;
+        const int filled = count_ * kBarWidth / kStageCount;
+        std::fprintf(stderr, "\r\033[K[%s%s] %s",
+                     std::string(std::min(filled, kBarWidth), '#').c_str(),
+                     std::string(std::max(kBarWidth - filled, 0), '.').c_str(), name);
+        shown_ = true;
+    }
+    std::vector<BakeReport::StageTime> times() {
+        end();
+        return times_;
+    }
+
+  private:
+    static constexpr double kQuietSeconds = 1;
+    static constexpr int kBarWidth = 20, kStageCount = 15;
+
+    void end() {
+        if (name_ == nullptr) return;
+        times_.push_back({name_, static_cast<double>(std::clock() - cpu_begin_) / CLOCKS_PER_SEC});
+        name_ = nullptr;
+    }
+
+    bool show_, shown_ = false;
+    int count_ = 0;
+    const char* name_ = nullptr;
+    std::clock_t cpu_begin_ = 0;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    std::vector<BakeReport::StageTime> times_;
+};
+
+struct Inputs {
+    std::vector<RawGroom> grooms;
+    std::vector<std::optional<RawSkin>> skins;
+    std::optional<RawMesh> mesh;
+    std::vector<std::string> files;  // every file read
+    std::vector<InputRecord> records;
+};
+
+Result<void> record(const std::string& role, const std::string& path, Inputs& inputs) {
+    inputs.files.push_back(path);
+    const auto file = MappedFile::open(path);
+    if (!file) return file.error();
+    inputs.records.push_back(
+        {role, std::filesystem::path(path).filename().string(), hash_bytes(file->bytes())});
+    return {};
+}
+
+Result<Inputs> read_inputs(const Recipe& recipe) {
+    Inputs out;
+    out.files.push_back(recipe.file);
+    for (const CurveSource& source : recipe.curves) {
+        auto groom = read_curves(source.file);
+        if (!groom) return groom.error();
+        if (auto ok = record("curves", source.file, out); !ok) return ok.error();
+        for (const std::string& file : groom->dependencies) out.files.push_back(file);
+        out.grooms.push_back(*std::move(groom));
+        out.skins.emplace_back();
+        if (source.bones.empty()) continue;
+        auto skin = read_skin(source.bones);
+        if (!skin) return skin.error();
+        if (auto ok = record("bones", source.bones, out); !ok) return ok.error();
+        out.skins.back() = *std::move(skin);
+    }
+    if (recipe.mesh.empty()) return out;
+    auto mesh = read_mesh(recipe.mesh);
+    if (!mesh) return mesh.error();
+    if (auto ok = record("mesh", recipe.mesh, out); !ok) return ok.error();
+    for (const std::string& file : mesh->dependencies) out.files.push_back(file);
+    out.mesh = *std::move(mesh);
+    return out;
+}
+
+struct Baked {
+    AssetInfo info;
+    AssetArrays arrays;
+    BakeReport report;
+    Findings findings;
+    std::vector<std::string> files;
+};
+
+void set_bounds(const AssetArrays& arrays, AssetInfo& info) {
+    for (std::size_t k = 0; k < 3; ++k) {
+        info.bounds_min[k] = info.bounds_max[k] = arrays.strand_position[k];
+    }
+    for (std::size_t i = 0; i < arrays.strand_position.size(); ++i) {
+        info.bounds_min[i % 3] = std::min(info.bounds_min[i % 3], arrays.strand_position[i]);
+        info.bounds_max[i % 3] = std::max(info.bounds_max[i % 3], arrays.strand_position[i]);
+    }
+}
+
+void count_all(const Groom& groom, std::span<const std::uint32_t> guides, const AssetOrder& order,
+               AssetInfo& info, BakeReport& report) {
+    info.tile_count = static_cast<std::uint32_t>(order.tile_first_row.size() - 1);
+    info.row_count = order.tile_first_row.back();
+    info.guide_count = static_cast<std::uint32_t>(guides.size());
+    info.strand_count = static_cast<std::uint32_t>(groom.strand_count());
+    info.point_count = static_cast<std::uint32_t>(groom.position.size());
+    report.strands = info.strand_count;
+    report.points = info.point_count;
+    report.guides = info.guide_count;
+    report.tiles = info.tile_count;
+    report.rows = info.row_count;
+    std::size_t guide_points = 0;
+    for (std::uint32_t g : guides) guide_points += groom.point_count(g);
+    report.padding =
+        1 - static_cast<double>(guide_points) / (static_cast<double>(info.row_count) * kTileLanes);
+    report.points_min = kBakeMaxPoints;
+    for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+        const auto count = static_cast<std::uint32_t>(groom.point_count(s));
+        report.points_min = std::min(report.points_min, count);
+        report.points_max = std::max(report.points_max, count);
+    }
+    for (const std::string& name : groom.group_names) report.groups.push_back({name, 0, 0});
+    for (std::uint32_t g : groom.group) ++report.groups[g].strands;
+    for (std::uint32_t s : guides) ++report.groups[groom.group[s]].guides;
+}
+
+void describe_sources(const Recipe& recipe, const Inputs& inputs, const Groom& groom,
+                      std::span<const RootEnds> ends, const Roots& roots, BakeReport& report) {
+    std::vector<std::vector<double>> distance(recipe.curves.size());
+    std::vector<std::uint64_t> kept(recipe.curves.size());
+    for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+        ++kept[groom.source[s]];
+        if (!roots.distance.empty()) distance[groom.source[s]].push_back(roots.distance[s]);
+    }
+    for (std::size_t f = 0; f < recipe.curves.size(); ++f) {
+        BakeReport::Source source;
+        source.file = recipe.curves[f].file;
+        source.curves = inputs.grooms[f].curves.size() + inputs.grooms[f].problems.size();
+        source.left_out = source.curves - kept[f];
+        source.root_end = ends[f].end;
+        source.root_end_from = ends[f].from;
+        source.reversed = ends[f].reversed;
+        source.scale = metres_per_unit(inputs.grooms[f], recipe, f);
+        if (!distance[f].empty()) source.root_distance = spread_of(std::move(distance[f]));
+        report.sources.push_back(std::move(source));
+    }
+}
+
+void warn_of_point_counts(const BakeReport& report, Findings& findings) {
+    if (report.points_min >= kStrandMinPoints && report.points_max <= kStrandMaxPoints) return;
+    findings.push_back({Rule::points_for_strand,
+                        "",
+                        "strands have " + std::to_string(report.points_min) + " to " +
+                            std::to_string(report.points_max) +
+                            " points; the strand solver takes 3 to 32, other solvers take these",
+                        {}});
+}
+
+Result<Baked> bake(const Options& options) {
+    Baked out;
+    Findings& findings = out.findings;
+    const Strictness strictness = options.strict ? Strictness::strict : Strictness::lenient;
+    Stages stages(!options.quiet && !options.json);
+
+    stages.begin("recipe");
+    const auto recipe = read_recipe(options.recipe);
+    if (!recipe) return recipe.error();
+    stages.begin("read");
+    auto inputs = read_inputs(*recipe);
+    if (!inputs) return inputs.error();
+    RawMesh* mesh = inputs->mesh ? &*inputs->mesh : nullptr;
+    std::vector<std::size_t> curve_counts;
+    for (const RawGroom& groom : inputs->grooms) {
+        curve_counts.push_back(groom.curves.size() + groom.problems.size());
+    }
+
+    stages.begin("place");
+    if (auto ok = place_curves(*recipe, inputs->grooms, findings); !ok) return ok.error();
+    if (mesh != nullptr) {
+        if (auto ok = place_mesh(*recipe, *mesh); !ok) return ok.error();
+    }
+    const auto surfaces = find_growth_surfaces(*recipe, mesh, findings);
+    if (!surfaces) return surfaces.error();
+
+    stages.begin("evaluate");
+    const auto curves = evaluate_curves(inputs->grooms, *recipe, strictness, findings);
+    if (!curves) return curves.error();
+    auto sound = drop_degenerate(*curves, *recipe, strictness, findings);
+    if (!sound) return sound.error();
+    stages.begin("root ends");
+    const auto ends = orient_strands(*recipe, surfaces->of_source, *sound, findings);
+    stages.begin("resample");
+    Groom groom = resample(*sound, *recipe, findings);
+    stages.begin("inside");
+    if (mesh != nullptr) {
+        out.report.inside = find_inside(*surfaces, *recipe, groom, findings);
+    }
+    measure_sizes(groom, mesh, *surfaces, out.report, findings);
+    stages.begin("roots");
+    const Roots roots = bind_roots(groom, *surfaces, *recipe, findings);
+    const auto carriers =
+        carry_roots(groom, inputs->skins, mesh, roots, *recipe, curve_counts, findings);
+    if (!carriers) return carriers.error();
+    stages.begin("guides");
+    const auto features = strand_features(groom);
+    const auto guides = choose_guides(groom, features, *recipe, findings);
+    if (!guides) return guides.error();
+    stages.begin("weights");
+    const auto blends = blend_guides(groom, features, *guides, roots, *recipe, findings);
+    stages.begin("order");
+    const AssetOrder order = order_asset(groom, *guides);
+    stages.begin("rest");
+    out.info.groups = group_settings(groom, *recipe, findings);
+    store_strands(groom, roots, *carriers, order, blends, out.info.groups, out.arrays);
+    store_mesh(mesh, roots, *recipe, out.info, out.arrays);
+    stages.begin("colliders");
+    if (recipe->colliders == ColliderMethod::fit) {
+        ColliderFit fit = fit_colliders(*mesh, groom, *carriers, findings);
+        out.info.colliders = std::move(fit.colliders);
+        out.report.colliders = fit.measured;
+    }
+
+    out.info.tool_version = "keratin-bake " KERATIN_VERSION;
+    out.info.recipe_hash =
+        hash_bytes(std::as_bytes(std::span(recipe->text.data(), recipe->text.size())));
+    out.info.inputs = inputs->records;
+    out.info.attach = recipe->attach;
+    out.info.bones = carriers->bones;
+    count_all(groom, *guides, order, out.info, out.report);
+    set_bounds(out.arrays, out.info);
+    describe_sources(*recipe, *inputs, groom, ends, roots, out.report);
+    warn_of_point_counts(out.report, findings);
+    out.report.recipe = options.recipe;
+    out.report.output = options.output;
+    out.report.defaulted = recipe->defaulted;
+    out.report.times = stages.times();
+    out.files = inputs->files;
+    return out;
+}
+
+// The guides as curves, root first, in m; with their ids.
+Result<void> export_guides(const std::string& path, const Baked& baked) {
+    ExportStrands strands;
+    std::vector<float> position;
+    strands.first_point.push_back(0);
+    const AssetArrays& a = baked.arrays;
+    for (std::size_t lane = 0; lane < a.guide_strand.size(); ++lane) {
+        const std::uint32_t s = a.guide_strand[lane];
+        if (s == kNoStrand) continue;
+        position.insert(position.end(), a.strand_position.begin() + 3 * a.strand_first_point[s],
+                        a.strand_position.begin() + 3 * a.strand_first_point[s + 1]);
+        strands.first_point.push_back(static_cast<std::uint32_t>(position.size() / 3));
+        strands.radius.push_back(a.strand_radius.empty()
+                                     ? baked.info.groups[a.strand_group[s]].material.radius
+                                     : a.strand_radius[s]);
+        strands.id.push_back(a.strand_id[s]);
+        strands.is_guide.push_back(1);
+        if (a.strand_uv.empty()) continue;
+        strands.uv.insert(strands.uv.end(), {a.strand_uv[2 * s], a.strand_uv[2 * s + 1]});
+    }
+    auto exporter = StrandExporter::create(path, std::move(strands), 0, 1);
+    if (!exporter) return exporter.error();
+    if (auto ok = (*exporter)->add(position); !ok) return ok;
+    return (*exporter)->finish();
+}
+
+std::string explain(const Baked& baked) {
+    std::string out;
+    const auto stage = [&](const char* name, bool runs, const std::string& why) {
+        out += std::string(runs ? "  runs     " : "  left out ") + name + ": " + why + "\n";
+    };
+    out += "stages\n";
+    const bool mesh = baked.report.mesh_size.has_value();
+    stage("roots on triangles", mesh, mesh ? "the recipe names a mesh" : "no mesh");
+    stage("bones", !baked.info.bones.empty(),
+          baked.info.bones.empty() ? "neither .tfxbone nor a skinned mesh"
+                                   : std::to_string(baked.info.bones.size()) + " bones");
+    stage("colliders", baked.report.colliders.has_value(),
+          baked.report.colliders ? "\"colliders\": \"fit\"" : "\"colliders\" is \"none\"");
+    stage("stored mesh", !baked.arrays.mesh_triangle.empty(),
+          baked.arrays.mesh_triangle.empty() ? "roots do not follow triangles"
+                                             : std::to_string(baked.info.triangle_count) +
+                                                   " triangles that carry roots, or as asked");
+    out += "fields\n";
+    std::uint64_t total = 0;
+    for_each_field(baked.arrays.fields(), [&](const FieldDescription& field, auto values) {
+        char text[200];
+        std::snprintf(text, sizeof text, "  %-22.*s %12zu bytes%s\n",
+                      static_cast<int>(field.name.size()), field.name.data(), values.size_bytes(),
+                      values.empty() ? "  left out: not needed" : "");
+        out += text;
+        total += values.size_bytes();
+    });
+    out += "  total                  " + std::to_string(total) + " bytes\n";
+    out += "recipe fields left to their defaults\n ";
+    for (const std::string& name : baked.report.defaulted) out += " " + name;
+    return out + "\n";
+}
+
+int fail(const Error& error) {
+    std::fprintf(stderr, "keratin-bake: %s\n", to_string(error).c_str());
+    return exit_code(error);
+}
+
+int check(const Options& options) {
+    const auto view = AssetView::open(options.check, Verify::full);
+    const bool damaged = !view && view.error().code == ErrorCode::input;
+    if (options.json && (view || damaged)) {
+        nlohmann::ordered_json out{{"file", options.check}, {"ok", bool(view)}};
+        if (view) {
+            out["revision"] = {view->info().format_major, view->info().format_minor};
+            out["hash"] = to_string(view->info().file_hash);
+            out["strands"] = view->info().strand_count;
+            out["guides"] = view->info().guide_count;
+        } else {
+            out["message"] = to_string(view.error());
+        }
+        std::printf("%s\n", out.dump(2).c_str());
+    }
+    if (!view) {
+        std::fprintf(stderr, "keratin-bake: %s\n", to_string(view.error()).c_str());
+        return damaged ? kNo : exit_code(view.error());
+    }
+    if (!options.json && !options.quiet) {
+        std::printf("%s: sound; %u strands, %u guides, hash %s\n", options.check.c_str(),
+                    view->info().strand_count, view->info().guide_count,
+                    to_string(view->info().file_hash).c_str());
+    }
+    return kDone;
+}
+
+int run(const Options& options) {
+    if (options.threads > 0) omp_set_num_threads(options.threads);
+    if (!options.check.empty()) return check(options);
+    auto baked = bake(options);
+    if (!baked) return fail(baked.error());
+    const auto bytes = serialise_asset(baked->info, baked->arrays.fields(), options.output);
+    if (!bytes) return fail(bytes.error());
+    const auto written = write_if_changed(
+        options.output, *bytes, options.keep_mtime ? Unchanged::keep_time : Unchanged::touch);
+    if (!written) return fail(written.error());
+    baked->report.output_bytes = bytes->size();
+    baked->report.output_changed = *written;
+
+    if (!options.export_guides.empty()) {
+        if (auto ok = export_guides(options.export_guides, *baked); !ok) return fail(ok.error());
+    }
+    if (!options.sarif.empty()) {
+        const std::string sarif = report_sarif(baked->report, baked->findings, KERATIN_VERSION);
+        if (auto ok = write_file(options.sarif, sarif); !ok) return fail(ok.error());
+    }
+    // Last: a build tool must not take a failed bake for one that is up to date.
+    if (!options.depfile.empty()) {
+        const std::string text = dependency_text(options.output, baked->files);
+        if (auto ok = write_file(options.depfile, text); !ok) return fail(ok.error());
+    }
+    if (options.json) {
+        std::fputs(report_json(baked->report, baked->findings).c_str(), stdout);
+        if (options.explain) std::fputs(explain(*baked).c_str(), stderr);
+    } else if (!options.quiet) {
+        std::fputs(report_text(baked->report, baked->findings).c_str(), stdout);
+        if (options.explain) std::fputs(explain(*baked).c_str(), stdout);
+    }
+    return kDone;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    Options options;
+    CLI::App app{
+        "Bakes hair: a recipe (JSON) that names curves and a mesh becomes one asset (.kera)."};
+    app.add_option("recipe", options.recipe, "Recipe to bake");
+    app.add_option("-o,--output", options.output, "Asset to write (.kera)");
+    app.add_option("--check", options.check,
+                   "Verify this asset instead: structure, ranges, hash; exit 1 if it is damaged")
+        ->type_name("FILE");
+    app.add_option("--depfile", options.depfile, "Write the files read, for Make and Ninja")
+        ->type_name("FILE");
+    app.add_option("--threads", options.threads,
+                   "Threads to use (default: all); the asset is the same for any number")
+        ->check(CLI::Range(1, 1024));
+    app.add_flag("--strict", options.strict,
+                 "Refuse degenerate and unusable strands instead of leaving them out");
+    app.add_flag("--explain", options.explain,
+                 "Print what was done, what was left out and why, and the size of each field");
+    app.add_option("--export-guides", options.export_guides,
+                   "Write the chosen guides as curves (.abc, .hair or .obj)")
+        ->type_name("FILE");
+    app.add_option("--sarif", options.sarif, "Write the findings as SARIF 2.1.0")
+        ->type_name("FILE");
+    app.add_flag("--keep-mtime", options.keep_mtime,
+                 "Leave an unchanged asset's time stamp alone (for Ninja)");
+    app.add_flag("--json", options.json, "Print the report as one JSON document");
+    app.add_flag("--quiet", options.quiet, "Print errors only");
+    app.set_version_flag("--version", version_text());
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::Success& asked) {
+        return app.exit(asked);
+    } catch (const CLI::ParseError& error) {
+        std::fprintf(stderr, "keratin-bake: %s; see keratin-bake --help\n", error.what());
+        return kWrong;
+    }
+    if (options.check.empty() && (options.recipe.empty() || options.output.empty())) {
+        std::fprintf(stderr,
+                     "keratin-bake: a recipe and -o FILE are needed; see keratin-bake --help\n");
+        return kWrong;
+    }
+    return run(options);
+}

@@ -1,0 +1,31 @@
+// Which strands are simulated.
+#pragma once
+
+#include "bake/report.h"
+#include "bake/stage/groom.h"
+#include "bake/stage/strand_feature.h"
+#include "schema/read/recipe.h"
+#include "schema/result.h"
+
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace keratin {
+
+// Number of guides of a group with `strands` strands: the fraction, rounded, at least one.
+std::size_t guide_count(std::size_t strands, double fraction);
+
+// Chooses the guides, group by group; returns their strand numbers, ascending.
+//   random    a uniform choice
+//   kmeans    as many clusters of strand features as guides are wanted; of each the strand nearest
+//             to its centre (Lloyd's algorithm from strands spread evenly over the groom)
+//   authored  those the curve file marks. Files that mark guides are honoured too when the recipe
+//             names no method.
+// Deterministic for equal input and seed, for any number of threads.
+// Errors (input): authored guides are wanted and a group has none.
+Result<std::vector<std::uint32_t>> choose_guides(const Groom& groom,
+                                                 std::span<const StrandFeature> features,
+                                                 const Recipe& recipe, Findings& findings);
+
+}  // namespace keratin

@@ -1,0 +1,28 @@
+// Units and axes: from the files' own to metres with y up.
+#pragma once
+
+#include "bake/raw_groom.h"
+#include "bake/report.h"
+#include "schema/read/recipe.h"
+#include "schema/result.h"
+
+#include <vector>
+
+namespace keratin {
+
+// A point of a file with the given up axis, in y-up axes (both right-handed).
+Vec3 to_y_up(const Vec3& p, UpAxis up);
+
+// Metres per unit of curve file `source`: the recipe's scale times the file's own. A file that
+// states its unit (IGES) is taken at its word when the recipe gives no scale.
+double metres_per_unit(const RawGroom& groom, const Recipe& recipe, std::size_t source);
+
+// Moves the control points and radii of every file into metres, y up.
+// Errors (input): a coordinate that is not finite, or too large for the asset's floats; the place
+// names file, strand and point.
+Result<void> place_curves(const Recipe& recipe, std::vector<RawGroom>& grooms, Findings& findings);
+
+// The same for the mesh.
+Result<void> place_mesh(const Recipe& recipe, RawMesh& mesh);
+
+}  // namespace keratin
