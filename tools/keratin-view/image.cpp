@@ -95,8 +95,7 @@ void draw_text(const std::string& text, int x, int y, int scale, std::array<std:
     }
 }
 
-Image contact_sheet(const std::vector<Image>& pictures, const std::vector<std::string>& captions,
-                    int largest_side) {
+Image contact_sheet(const std::vector<Image>& pictures, int largest_side) {
     if (pictures.empty()) return make_image(1, 1, {0, 0, 0});
     const int width = pictures[0].width, height = pictures[0].height, count = int(pictures.size());
     int columns = 1;
@@ -121,8 +120,6 @@ Image contact_sheet(const std::vector<Image>& pictures, const std::vector<std::s
                     part.rgb[3 * (std::size_t(y) * w + x) + c] =
                         to_srgb(sum / float(shrink * shrink));
                 }
-        if (std::size_t(i) < captions.size())
-            draw_text(captions[i], 8, 8, w >= 400 ? 2 : 1, {20, 20, 20}, part);
         paste(part, gap + i % columns * (w + gap), gap + i / columns * (h + gap), sheet);
     }
     return sheet;

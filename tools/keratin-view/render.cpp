@@ -369,8 +369,10 @@ Float3 shade_surface(const World& world, const Thing& thing, const HitPoint& hit
                      const Randoms& random) {
     const Surface& surface = *thing.surface;
     const std::uint32_t* v = &surface.triangle[3 * hit.primitive];
-    Float3 normal = normalized(thing.normal[v[0]] * (1 - hit.u - hit.v) +
-                               thing.normal[v[1]] * hit.u + thing.normal[v[2]] * hit.v);
+    Float3 normal;
+    if (!thing.normal.empty())
+        normal = normalized(thing.normal[v[0]] * (1 - hit.u - hit.v) + thing.normal[v[1]] * hit.u +
+                            thing.normal[v[2]] * hit.v);
     Float3 flat = normalized(hit.normal);
     if (dot(flat, hit.to_eye) < 0) flat = -flat;
     if (dot(normal, flat) < 0) normal = -normal;
@@ -499,7 +501,7 @@ Result<Image> render(std::span<const StrandCurves> strands, std::span<const Surf
         include(s.position);
         Thing thing;
         thing.surface = &s;
-        thing.normal = smooth_normals(s);
+        if (s.normals == Normals::smooth) thing.normal = smooth_normals(s);
         add_triangles(device.handle, scene.handle, s.position, s.triangle,
                       s.opacity < 1 ? Shadow::none : Shadow::thrown);
         things.push_back(std::move(thing));

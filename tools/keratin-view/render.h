@@ -35,12 +35,15 @@ struct StrandCurves {
     CurveShape shape = CurveShape::smooth;
 };
 
-// Triangles with smooth normals (vertices at the same place share one).
+// smooth: vertices at the same place share one normal; flat: each triangle has its own.
+enum class Normals { smooth, flat };
+
 struct Surface {
     std::span<const float> position;          // [vertices][3] m
     std::span<const std::uint32_t> triangle;  // [triangles][3] < vertices
     Float3 color{0.5f, 0.5f, 0.5f};           // linear
     float opacity = 1;                        // 0..1; below 1: no shadow either
+    Normals normals = Normals::smooth;
 };
 
 struct RenderSettings {

@@ -1,0 +1,149 @@
+// Runs the program keratin-view itself.
+#include "tests/tools/view/small_run.h"
+#include "tools/keratin-view/image.h"
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <sys/wait.h>
+
+using namespace keratin;
+using keratin::test::Folder;
+
+namespace {
+
+struct Outcome {
+    int code = -1;
+    std::string text;
+};
+// What the program writes to stdout, or with "2>&1 >/dev/null" in the arguments to stderr.
+Outcome run(const std::string& arguments) {
+    Outcome outcome;
+    std::FILE* pipe = popen(("'" KERATIN_VIEW_PROGRAM "' " + arguments).c_str(), "r");
+    REQUIRE(pipe);
+    std::array<char, 4096> buffer;
+    while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
+        outcome.text.append(buffer.data(), n);
+    const int status = pclose(pipe);
+    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return outcome;
+}
+
+const std::string kQuick = " --size 60x40 --samples 1";
+
+}  // namespace
+
+TEST_CASE("keratin-view draws an asset and reports in JSON what it drew") {
+    const Folder folder("program");
+    test::write_small_asset(folder.file("a.kera"));
+    const auto outcome = run(folder.file("a.kera") + " -o " + folder.file("a.png") + kQuick +
+                             " --json --show hair,guides,mesh,colliders");
+    REQUIRE(outcome.code == 0);
+    const auto document = nlohmann::json::parse(outcome.text);
+    CHECK(document["strands"] == 7);
+    CHECK(document["guides"] == 5);
+    CHECK(document["width"] == 60);
+    CHECK(document["widened_points"] > 0);
+    CHECK(document["largest_widening"] > 1);
+    const auto image = view::read_image(folder.file("a.png"));
+    REQUIRE(image);
+    CHECK(image->width == 60);
+    CHECK(image->height == 40);
+    CHECK(run(folder.file("a.kera") + " -o " + folder.file("a.png") + kQuick + " --quiet")
+              .text.empty());
+}
+
+TEST_CASE("what keratin-view prints as JSON is what its schema lists") {
+    const Folder folder("schema");
+    test::write_small_asset(folder.file("a.kera"));
+    test::write_small_run(folder.file("a.kera"), folder.file("a.kcache"));
+    std::ifstream file(KERATIN_DATA_DIR "/../schema/report/keratin-view.schema.json");
+    const auto schema = nlohmann::json::parse(file);
+    const auto outcome = run(folder.file("a.kcache") + " -o " + folder.file("a.png") + kQuick +
+                             " --json --color density");
+    const auto document = nlohmann::json::parse(outcome.text);
+    for (const auto& required : schema["required"]) CHECK(document.contains(required));
+    for (const auto& [key, value] : document.items()) {
+        CAPTURE(key);
+        REQUIRE(schema["properties"].contains(key));
+        const auto& property = schema["properties"][key];
+        if (!property.contains("type")) continue;
+        const std::string type = property["type"];
+        CHECK((type == "integer"  ? value.is_number_integer()
+               : type == "number" ? value.is_number()
+               : type == "string" ? value.is_string()
+               : type == "array"  ? value.is_array()
+                                  : value.is_object()));
+    }
+}
+
+TEST_CASE("keratin-view draws frames of a run, one or as a sheet, in the solver's colours") {
+    const Folder folder("frames");
+    test::write_small_asset(folder.file("a.kera"));
+    test::write_small_run(folder.file("a.kera"), folder.file("a.kcache"));
+    const std::string cache = folder.file("a.kcache"), png = folder.file("a.png");
+    for (const char* color : {"natural", "strand", "density", "velocity"}) {
+        CAPTURE(color);
+        CHECK(run(cache + " -o " + png + kQuick + " --frame 1 --color " + color).code == 0);
+    }
+    const auto sheet = run(cache + " -o " + png + kQuick + " --json --frames 0,2,3");
+    REQUIRE(sheet.code == 0);
+    const auto frames = nlohmann::json::parse(sheet.text)["frames"];
+    REQUIRE(frames.size() == 3);
+    CHECK(frames[1]["frame"] == 2);
+    CHECK(view::read_image(png)->width > 60);
+    const auto all = run(cache + " -o " + png + kQuick + " --json --sheet 9");
+    CHECK(nlohmann::json::parse(all.text)["frames"].size() == 4);
+}
+
+TEST_CASE("keratin-view refuses wrong use with exit code 2, one line and no picture") {
+    const Folder folder("wrong");
+    test::write_small_asset(folder.file("a.kera"));
+    test::write_small_run(folder.file("a.kera"), folder.file("a.kcache"));
+    std::ofstream(folder.file("broken.kera")) << "not an asset";
+    const std::string asset = folder.file("a.kera"),
+                      out = " -o " + folder.file("wrong.png") + kQuick;
+    struct Case {
+        std::string arguments, says;
+    };
+    for (const Case& c :
+         {Case{"", "input"},
+          {asset, "-o"},
+          {folder.file("none.kera") + out, "none.kera"},
+          {folder.file("broken.kera") + out, "broken.kera"},
+          {asset + out + " --nonsense", "nonsense"},
+          {asset + " -o x.png --size 10", "--size"},
+          {asset + " -o x.png --size 20000x20000", "16384"},
+          {asset + out + " --camera 1", "--camera"},
+          {asset + out + " --look-from 1,2", "--look-from"},
+          {asset + out + " --color blue", "--color"},
+          {asset + out + " --color texture=/none.png", "/none.png"},
+          {asset + out + " --hair-color bronde", "--hair-color"},
+          {asset + out + " --show teeth", "--show"},
+          {asset + out + " --samples 0", "--samples"},
+          {asset + out + " --frame 3", "--frame"},
+          {asset + out + " --color velocity", "--color velocity"},
+          {asset + out + " --mesh /none.obj", "/none.obj"},
+          {folder.file("a.kcache") + out + " --frame 4", "0 to 3"},
+          {asset + " -o " + folder.file("no_folder/a.png") + kQuick, "no_folder"}}) {
+        CAPTURE(c.arguments);
+        const auto outcome = run(c.arguments + " 2>&1 >/dev/null");
+        CHECK(outcome.code == 2);
+        CHECK(outcome.text.find(c.says) != std::string::npos);
+        CHECK(std::count(outcome.text.begin(), outcome.text.end(), '\n') == 1);
+        CHECK_FALSE(std::filesystem::exists(folder.file("wrong.png")));
+    }
+}
+
+TEST_CASE("keratin-view explains itself") {
+    const auto help = run("--help");
+    CHECK(help.code == 0);
+    CHECK(help.text.find("--camera") != std::string::npos);
+    CHECK(help.text.find("Exit codes") != std::string::npos);
+    const auto version = run("--version");
+    CHECK(version.code == 0);
+    CHECK(version.text.find("revision") != std::string::npos);
+}
