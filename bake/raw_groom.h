@@ -98,7 +98,7 @@ struct RawBinding {
     std::vector<std::uint32_t> mesh;        // which mesh of the model
     std::vector<std::uint32_t> triangle;    // < mesh_triangle_count
     std::vector<std::array<double, 3>> barycentric;
-    std::vector<std::array<double, 3>> uvw;
+    std::vector<std::array<double, 3>> uvw;  // empty, or one a strand
 };
 
 }  // namespace keratin

@@ -6,6 +6,8 @@
 #include "bake/raw_groom.h"
 #include "schema/result.h"
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -13,6 +15,29 @@ namespace keratin {
 
 // TressFX strands, version 3 and 4. Version 4 marks points that are carried (w = 0): fixed_points.
 Result<RawGroom> read_tfx(std::string_view bytes, const std::string& file);
+
+// Cem Yuksel's .hair. Widths come from its array alone: the default that each file must state says
+// nothing about its unit.
+Result<RawGroom> read_hair(std::string_view bytes, const std::string& file);
+
+// USC-HairSalon .data and its variants, told apart by the exact length of the file.
+Result<RawGroom> read_usc_data(std::string_view bytes, const std::string& file);
+
+// Finds the bytes of a buffer by the URI that a glTF file gives for it.
+using OpenBuffer = std::function<Result<std::string>(const std::string& uri)>;
+
+// glTF 2, as JSON or binary: lines (edges are put together to chains), line strips; placed by
+// their nodes, which are the groups. `_WIDTH` or `_RADIUS` a point, `TEXCOORD_0` at the root.
+// Not read: sparse accessors, compressed buffers.
+Result<RawGroom> read_gltf_curves(std::string_view bytes, const std::string& file,
+                                  const OpenBuffer& open_buffer);
+
+// What in a glTF file would bring Assimp 5.2 down (a skin without inverse bind matrices, which glTF
+// allows), or nothing.
+std::optional<Error> find_gltf_mesh_fault(std::string_view bytes, const std::string& file);
+
+// TressFX bindings of strands to triangles.
+Result<RawBinding> read_tfxskin(std::string_view bytes, const std::string& file);
 
 // TressFX bones of a groom.
 Result<RawSkin> read_tfxbone(std::string_view bytes, const std::string& file);

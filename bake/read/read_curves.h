@@ -1,6 +1,10 @@
 // Curves of any format that the bake knows, by the name's ending and the content.
 //   .tfx          TressFX 3 and 4
-//   .obj          free-form curves (cstype bspline and bezier, rational or not)
+//   .obj          free-form curves (cstype bspline and bezier, rational or not), polylines, and
+//                 loose edges that make chains
+//   .hair         Cem Yuksel's
+//   .data         USC-HairSalon
+//   .gltf .glb    lines and line strips
 #pragma once
 
 #include "bake/raw_groom.h"
@@ -17,5 +21,8 @@ Result<RawGroom> read_curves(const std::string& path);
 
 // A .tfxbone file: bones by name, four bones and weights a strand.
 Result<RawSkin> read_skin(const std::string& path);
+
+// A .tfxskin file: the triangle and barycentric coordinates of each strand's root.
+Result<RawBinding> read_binding(const std::string& path);
 
 }  // namespace keratin

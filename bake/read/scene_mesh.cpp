@@ -1,6 +1,7 @@
 #include "bake/read/scene_mesh.h"
 
 #include "bake/read/bytes.h"
+#include "bake/read/formats.h"
 
 #include <Eigen/Geometry>
 #include <assimp/DefaultIOSystem.h>
@@ -155,8 +156,15 @@ Result<void> add_nodes(Reading& reading, const aiNode* node, const std::string& 
 }  // namespace
 
 Result<RawMesh> read_scene_mesh(const std::string& path) {
-    // Assimp's own text for a missing or unreadable file says less.
-    if (const auto mapped = MappedFile::open(path); !mapped) return mapped.error();
+    {
+        // Assimp's own text for a missing or unreadable file says less.
+        const auto mapped = MappedFile::open(path);
+        if (!mapped) return mapped.error();
+        const std::string_view bytes = text_of(*mapped);
+        const bool is_gltf = bytes.starts_with("glTF") || path.ends_with(".gltf");
+        if (is_gltf)
+            if (const auto fault = find_gltf_mesh_fault(bytes, path)) return *fault;
+    }
     std::vector<std::string> opened;
     Assimp::Importer importer;
     importer.SetIOHandler(new RecordingFiles(opened));  // owned by the importer

@@ -21,10 +21,10 @@ rule(ROOM schema/file_hash.cpp MAY schema           USE xxhash.h)
 rule(ROOM schema/read         MAY schema            USE flatbuffers nlohmann)
 rule(ROOM schema/formula      MAY schema/formula)
 
-rule(ROOM bake                MAY schema bake       USE Eigen unsupported nanoflann.hpp CLI nlohmann tiny_obj_loader.h)
+rule(ROOM bake                MAY schema bake       USE Eigen unsupported nanoflann.hpp CLI nlohmann)
 rule(ROOM bake/main.cpp       MAY schema bake runtime USE CLI nlohmann Eigen)
 rule(ROOM bake/write.cpp      MAY schema bake       USE flatbuffers asset_generated.h)
-rule(ROOM bake/read           MAY schema bake       USE Eigen assimp nlohmann tiny_obj_loader.h)
+rule(ROOM bake/read           MAY schema bake       USE Eigen assimp nlohmann)
 rule(ROOM bake/read/occt      MAY schema bake       USE Eigen occt)
 
 rule(ROOM runtime             MAY schema runtime)
@@ -46,7 +46,7 @@ rule(ROOM runtime/run         MAY schema runtime tools/measure USE CLI nlohmann)
 rule(ROOM tools               MAY schema bake runtime tools USE Eigen CLI nlohmann)
 rule(ROOM tools/keratin-view  MAY schema bake runtime tools USE Eigen CLI nlohmann embree3 stb stb_image_write.h stb_image.h)
 rule(ROOM tests               MAY schema bake runtime tools tests
-     USE Eigen unsupported nanoflann.hpp nlohmann catch2 rapidcheck rapidcheck.h stb stb_image.h stb_image_write.h flatbuffers)
+     USE Eigen unsupported nanoflann.hpp nlohmann tiny_obj_loader.h catch2 rapidcheck rapidcheck.h stb stb_image.h stb_image_write.h flatbuffers)
 
 # Headers of libraries that a USE list must name; any other <...> header is the system's.
 set(third_party Eigen unsupported nanoflann.hpp CLI nlohmann tiny_obj_loader.h flatbuffers assimp
