@@ -10,6 +10,8 @@
 #include <variant>
 #include <vector>
 
+#include "runtime/lane/instruction_set.h"
+
 namespace keratin {
 
 // Maps a rest position x (groom space, or a collider's own space) to R x + translation.
@@ -82,6 +84,7 @@ struct Settings {
     // steps of one iteration each, so that the motion hardly depends on the frame rate.
     std::uint32_t iterations = 0;
     int threads = 0;  // 0: as many as OpenMP would take
+    // The results do not depend on it.
     InstructionSet instruction_set = InstructionSet::automatic;  // the results do not depend on it
     PassSwitches passes;
 

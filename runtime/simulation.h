@@ -146,8 +146,9 @@ class Simulation {
     std::vector<std::byte> save() const;
     Result<void> load(std::span<const std::byte> state);
 
+    struct State;  // the insides, runtime/state.h
+
   private:
-    struct State;
     explicit Simulation(std::unique_ptr<State> state);
     std::unique_ptr<State> state_;
 };

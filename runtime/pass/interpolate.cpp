@@ -1,0 +1,230 @@
+// Render strands from three guides (METHODS 1.5): the rest pose carried by the strand's own root, moved
+// by the weighted displacement of the guides.
+#include "runtime/formula/interpolate.h"
+
+#include <cstring>
+
+#include "runtime/pass/kernel.h"
+#include "runtime/pass/work.h"
+
+namespace keratin::KERATIN_ISA {
+KERATIN_DECLARE_KERNELS
+
+// Displacement of a quad's guides from their carried rest pose, one line a strand.
+void guide_lines(const Quad& quad, float* lines) {
+    using Tile = Lanes<16>;
+    for (std::size_t tile = 0; tile < kQuadTiles; ++tile) {
+        const float* p = quad.root_end + tile * quad.root_stride;
+        const auto at = [&](std::size_t c) { return load<Tile>(p + c * kTileLanes, 0); };
+        const Vec4<Tile> q(at(0), at(1), at(2), at(3));
+        const Vec3<Tile> t(at(4), at(5), at(6));
+        float* out = lines + tile * quad.rows * 48;
+        for (std::uint32_t row = 0; row < quad.rows; ++row) {
+            const std::size_t place = (tile * quad.rows + row) * 48;
+            const Vec3<Tile> d = load3<Tile>(quad.position + place, 0) -
+                                 carried(q, t, load3<Tile>(quad.rest + place, 0));
+            alignas(64) float v[3][16];
+            store(d.x, v[0], 0);
+            store(d.y, v[1], 0);
+            store(d.z, v[2], 0);
+            for (std::size_t l = 0; l < kTileLanes; ++l) {
+                float* o = out + (l * quad.rows + row) * 3;
+                o[0] = v[0][l], o[1] = v[1][l], o[2] = v[2][l];
+            }
+        }
+    }
+}
+
+namespace {
+
+// Points that are put together before they go out: a few strands, in the first-level cache.
+constexpr std::size_t kStage = 1024;
+constexpr std::size_t kLongest = kBakeMaxPoints;
+
+// Round to nearest even, with denormals and infinities: the same as the instruction.
+std::uint16_t to_half(float value) {
+    std::uint32_t f;
+    std::memcpy(&f, &value, 4);
+    const std::uint32_t sign = f >> 16 & 0x8000u;
+    f &= 0x7fffffffu;
+    if (f > 0x7f800000u) return std::uint16_t(sign | 0x7e00u);
+    if (f >= 0x477ff000u) return std::uint16_t(sign | 0x7c00u);
+    if (f < 0x38800000u) {  // below the smallest normal half: adding 0.5 leaves the rounded multiple
+        float magnitude;
+        std::memcpy(&magnitude, &f, 4);
+        magnitude += 0.5f;
+        std::uint32_t bits;
+        std::memcpy(&bits, &magnitude, 4);
+        return std::uint16_t(sign | (bits - 0x3f000000u));
+    }
+    const std::uint32_t rounded = f + 0xfffu + (f >> 13 & 1u);
+    return std::uint16_t(sign | ((rounded - 0x38000000u) >> 13));
+}
+
+void write_half(const float* from, std::size_t count, std::uint16_t* to) {
+    std::size_t i = 0;
+#if defined(__AVX512F__)
+    for (; i + 16 <= count; i += 16)
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(to + i),
+                            _mm512_cvtps_ph(_mm512_loadu_ps(from + i), _MM_FROUND_TO_NEAREST_INT));
+#elif defined(__F16C__)
+    for (; i + 8 <= count; i += 8)
+        _mm_storeu_si128(reinterpret_cast<__m128i*>(to + i),
+                         _mm256_cvtps_ph(_mm256_loadu_ps(from + i), _MM_FROUND_TO_NEAREST_INT));
+#endif
+    for (; i < count; ++i) to[i] = to_half(from[i]);
+}
+
+// Whole cache lines past the cache, the ragged ends through it.
+template <class T>
+void stream_out(const T* from, std::size_t count, T* to) {
+    constexpr std::size_t line = 64 / sizeof(T);
+    std::size_t i = 0;
+#if defined(__SSE2__)
+    const std::size_t ahead = (64 - reinterpret_cast<std::uintptr_t>(to) % 64) % 64 / sizeof(T);
+    for (; i < ahead && i < count; ++i) to[i] = from[i];
+    for (; i + line <= count; i += line)
+        for (std::size_t k = 0; k < line; k += line / 4)
+            _mm_stream_si128(reinterpret_cast<__m128i*>(to + i + k),
+                             _mm_loadu_si128(reinterpret_cast<const __m128i*>(from + i + k)));
+#endif
+    for (; i < count; ++i) to[i] = from[i];
+}
+
+// y = R x for points x, y, z, x, y, z, ... without taking them apart: every output is a sum over the
+// inputs up to two places away, with factors of period 3.
+struct Rotation {
+    alignas(64) float factor[5][48];
+    alignas(64) float offset[48];
+
+    Rotation(const float* root) {
+        const Vec4<float> q(root[0], root[1], root[2], root[3]);
+        const Vec3<float> column[3] = {rotate(q, Vec3<float>(1, 0, 0)), rotate(q, Vec3<float>(0, 1, 0)),
+                                       rotate(q, Vec3<float>(0, 0, 1))};
+        for (int i = 0; i < 48; ++i) {
+            const int c = i % 3;
+            for (int o = -2; o <= 2; ++o) {
+                const int from = c + o;
+                float f = 0;
+                if (from >= 0 && from < 3)
+                    f = c == 0 ? column[from].x : c == 1 ? column[from].y : column[from].z;
+                factor[o + 2][i] = f;
+            }
+            offset[i] = root[4 + c];
+        }
+    }
+};
+
+void carry(const Rotation& r, const float* rest, std::size_t count, float* out) {
+    for (std::size_t i = 0; i < count; i += 48)
+        for (std::size_t k = 0; k < 48; ++k) {
+            const float* p = rest + i + k;
+            out[i + k] = r.factor[0][k] * p[-2] + r.factor[1][k] * p[-1] + r.factor[2][k] * p[0] +
+                         r.factor[3][k] * p[1] + r.factor[4][k] * p[2] + r.offset[k];
+        }
+}
+
+// Adds the weighted displacement of one guide whose points do not stand at the strand's fractions.
+void add_line(const StrandBatch& b, std::uint32_t lane, float weight, std::uint32_t first,
+              std::uint32_t count, float* out) {
+    const float* line = b.line + line_first(b.tile_first_row, lane);
+    const std::uint32_t guide_points = b.guide_point_count[lane];
+    const float* guide_fraction =
+        b.fraction ? b.fraction + b.first_point[b.guide_strand[lane]] : nullptr;
+    const float last = float(guide_points - 1);
+    std::uint32_t k = 0;
+    for (std::uint32_t j = 0; j < count; ++j) {
+        float s;
+        if (guide_fraction) {
+            const float f = b.fraction[first + j];
+            while (k + 2 < guide_points && guide_fraction[k + 1] < f) ++k;
+            const float span = guide_fraction[k + 1] - guide_fraction[k];
+            s = span > 0 ? (f - guide_fraction[k]) / span : 1.0f;
+            s = keratin::min(keratin::max(s, 0.0f), 1.0f);
+        } else {
+            const float place = count > 1 ? float(j) * last / float(count - 1) : 0.0f;
+            k = std::uint32_t(place) < guide_points - 2 ? std::uint32_t(place) : guide_points - 2;
+            s = place - float(k);
+        }
+        for (int c = 0; c < 3; ++c) {
+            const float a = line[k * 3 + c], e = line[k * 3 + 3 + c];
+            out[j * 3 + c] += weight * (a + (e - a) * s);
+        }
+    }
+}
+
+void write_tangents(const float* x, std::uint32_t count, float* out) {
+    for (std::uint32_t j = 0; j < count; ++j) {
+        const std::uint32_t a = j > 0 ? j - 1 : 0, e = j + 1 < count ? j + 1 : j;
+        const Vec3<float> d(x[e * 3] - x[a * 3], x[e * 3 + 1] - x[a * 3 + 1], x[e * 3 + 2] - x[a * 3 + 2]);
+        const Vec3<float> t = normalize_or(d, Vec3<float>(0, 1, 0));
+        out[j * 3] = t.x, out[j * 3 + 1] = t.y, out[j * 3 + 2] = t.z;
+    }
+}
+
+}  // namespace
+
+void interpolate(const StrandBatch& b, std::uint32_t begin, std::uint32_t end) {
+    alignas(64) float rest[(kLongest + 32) * 3];
+    alignas(64) float stage[(kStage + kLongest + 32) * 3];
+    alignas(64) std::uint16_t halves[(kStage + kLongest) * 3];
+    rest[0] = rest[1] = 0;
+    std::size_t staged = 0;                        // floats
+    std::size_t out = std::size_t{b.first_point[begin]} * 3;
+    Rotation rotation(b.root + begin * b.root_stride);
+
+    for (std::uint32_t s = begin; s < end; ++s) {
+        if (b.root_stride != 0 && s > begin) rotation = Rotation(b.root + s * b.root_stride);
+        const std::uint32_t first = b.first_point[s], count = b.first_point[s + 1] - first;
+        const std::size_t floats = std::size_t{count} * 3;
+        // Two floats of margin in front, a block behind: what stands there meets factors of zero.
+        std::memcpy(rest + 2, b.rest + std::size_t{first} * 3, floats * sizeof(float));
+        std::memset(rest + 2 + floats, 0, 50 * sizeof(float));
+        float* x = stage + staged;
+        carry(rotation, rest + 2, floats, x);
+
+        if (b.line) {
+            const std::uint32_t* guide = b.guide + std::size_t{s} * 3;
+            const float* w = b.weight + std::size_t{s} * 3;
+            const bool alike = !b.fraction && b.guide_point_count[guide[0]] == count &&
+                               b.guide_point_count[guide[1]] == count &&
+                               b.guide_point_count[guide[2]] == count;
+            if (alike) {
+                const float* g0 = b.line + line_first(b.tile_first_row, guide[0]);
+                const float* g1 = b.line + line_first(b.tile_first_row, guide[1]);
+                const float* g2 = b.line + line_first(b.tile_first_row, guide[2]);
+                const float w0 = w[0], w1 = w[1], w2 = w[2];
+                for (std::size_t i = 0; i < floats; ++i) x[i] += w0 * g0[i] + w1 * g1[i] + w2 * g2[i];
+            } else {
+                for (int k = 0; k < 3; ++k) add_line(b, guide[k], w[k], first, count, x);
+            }
+        }
+        if (b.tangent) write_tangents(x, count, b.tangent + std::size_t{first} * 3);
+        if (b.half)
+            for (std::size_t i = 0; i < floats; i += 3)
+                for (int c = 0; c < 3; ++c) x[i + c] -= b.half_center[c];
+        staged += floats;
+
+        if (staged >= kStage * 3 || s + 1 == end) {
+            if (b.half) {
+                if (b.stream) {
+                    write_half(stage, staged, halves);
+                    stream_out(halves, staged, b.half + out);
+                } else {
+                    write_half(stage, staged, b.half + out);
+                }
+            } else if (b.stream) {
+                stream_out(stage, staged, b.position + out);
+            } else {
+                std::memcpy(b.position + out, stage, staged * sizeof(float));
+            }
+            out += staged;
+            staged = 0;
+        }
+    }
+#if defined(__SSE2__)
+    if (b.stream) _mm_sfence();
+#endif
+}
+
+}  // namespace keratin::KERATIN_ISA

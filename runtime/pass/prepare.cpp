@@ -1,0 +1,90 @@
+// Before the small steps of a quad: where its roots go, the masses, and the factors of the bending
+// system, which depend on the rest shape and the step alone.
+#include "runtime/formula/bend.h"
+#include "runtime/formula/interpolate.h"
+#include "runtime/formula/length.h"
+#include "runtime/pass/kernel.h"
+#include "runtime/pass/work.h"
+
+namespace keratin::KERATIN_ISA {
+KERATIN_DECLARE_KERNELS
+
+namespace {
+
+void prepare_root(const Block& b, const float* transform, std::uint32_t slot) {
+    const std::size_t stride = b.quad.root_stride;
+    const float* p = transform + b.lane / kTileLanes * stride;
+    const auto at = [&](std::size_t c) { return load<Work>(p + c * kTileLanes, stride); };
+    const Vec4<Work> q(at(0), at(1), at(2), at(3));
+    const Work3 t(at(4), at(5), at(6));
+    b.set_root3(slot, carried(q, t, b.rest(0)));
+    b.set_root3(slot + 3, carried(q, t, b.rest(1)));
+    b.set_root3(slot + 6, rotate(q, b.shape(0)));
+}
+
+// L D L^T of the pentadiagonal matrix M + A^T K A: joint i has the row (lever_i, -(1 + lever_i), 1) on
+// the points i-1, i, i+1; the unknowns are the points 2 .. n. All pivots are at least the mass in
+// exact arithmetic; rounding is kept from going below.
+void prepare_bending(const Block& b) {
+    const std::size_t n = b.rows - 1;
+    const Work zero(0.0f), one(1.0f);
+    const Work stiffness(b.quad.group->stiffness_step);
+
+    struct Joint {
+        Work k, lever;
+    };
+    const auto joint = [&](std::size_t i) {
+        if (i >= n) return Joint{zero, zero};
+        const Work parent = b.length(i);
+        const Work half = i == 1 ? zero : Work(0.5f) * parent;
+        return Joint{bend_stiffness(stiffness, half, b.length(i + 1)),
+                     bend_lever(b.shape(i + 1), parent)};
+    };
+
+    Joint below = joint(1), here = joint(2);
+    b.set(slot_stiffness, 1, below.k);
+    Work inverse1 = zero, inverse2 = zero;  // 1 / D of the two rows before
+    Work band1 = zero;                      // L1 of the row before
+    Work mass_length = b.length(2);
+    for (std::size_t i = 2; i <= n; ++i) {
+        const Joint above = joint(i + 1);
+        const Work next_length = i < n ? b.length(i + 1) : zero;
+        const Work w = inverse_point_mass(mass_length, next_length);
+        b.set(slot_inverse_mass, i, w);
+        const Work m = select(w < Work(1e-20f), one, Work(0.5f) * (mass_length + next_length));
+        mass_length = next_length;
+
+        const Work far = one + here.lever;
+        const Work a = m + below.k + here.k * (far * far) + above.k * (above.lever * above.lever);
+        Work off1 = zero, off2 = zero;
+        if (i >= 3) off1 = -(below.k * (one + below.lever)) - here.k * (here.lever * far);
+        if (i >= 4) off2 = below.k * below.lever;
+        const Work coupled = off1 - off2 * band1;
+        const Work l1 = coupled * inverse1;
+        const Work l2 = off2 * inverse2;
+        const Work d = max(a - l1 * coupled - l2 * off2, m);
+        const Work inverse = one / d;
+        b.set(slot_stiffness, i, here.k);
+        b.set(slot_pivot, i, inverse);
+        b.set(slot_band1, i, l1);
+        b.set(slot_band2, i, l2);
+        inverse2 = inverse1;
+        inverse1 = inverse;
+        band1 = l1;
+        below = here;
+        here = above;
+    }
+}
+
+}  // namespace
+
+void prepare(Quad& quad) {
+    for (std::size_t lane = 0; lane < kQuadLanes; lane += kWorkLanes) {
+        const Block b(quad, lane);
+        prepare_root(b, quad.root_begin, root_begin);
+        prepare_root(b, quad.root_end, root_end);
+        prepare_bending(b);
+    }
+}
+
+}  // namespace keratin::KERATIN_ISA

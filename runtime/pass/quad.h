@@ -1,0 +1,135 @@
+// What the strand passes work on: a quad of four tiles, 64 guides side by side, all its small steps
+// while it sits in the cache. Plain data, the same for every instruction set.
+//
+//   tiled array    tile j of the quad at base + j * rows * components * 16 (schema/layout.h)
+//   scratch array  [slot][row][64 lanes], one set a thread; slots below
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "schema/layout.h"
+
+namespace keratin {
+
+inline constexpr std::size_t kQuadLanes = kQuadTiles * kTileLanes;
+
+// Scratch slots: numbers per point that live only while a quad is worked on.
+enum Slot : std::uint32_t {
+    slot_inverse_mass,    // 1 / (mass per line density) (1/m), 0 where a point is carried or absent
+    slot_stiffness,       // h^2 k of the joint at this point, per line density (m)
+    slot_pivot,           // 1 / D of the bending system's L D L^T
+    slot_band1,           // L, one below the diagonal
+    slot_band2,           // L, two below
+    slot_x, slot_y, slot_z,  // right-hand side, then directions of the segments
+    slot_sweep1, slot_sweep2,  // elimination of the stretch system
+    slot_count
+};
+
+// Values per lane at the begin and end of the step, and at the small step: 64 lanes each.
+enum RootSlot : std::uint32_t {
+    root_begin = 0,   // x0, x1, u: 9 rows
+    root_end = 9,     // 9 rows
+    root_slot_count = 18
+};
+
+enum class ShapeKind : std::uint32_t { capsule, box, plane, grid };
+
+// One collider during one small step. Lengths m, relative to the simulation's origin.
+struct ColliderPose {
+    // World to the shape's own space: x -> to_own (x - place); rows of the matrix.
+    float to_own[9];
+    float place[3];
+    // Where the material point now at x was at the start of the small step: from_now x + from_place.
+    float from_now[9];
+    float from_place[3];
+    // World bounds of the surface plus its contact distance, at the start and end of the small step.
+    float bounds_min[3], bounds_max[3];
+};
+
+// A trilinear grid of distances (settings.h DistanceGrid).
+struct DistanceNodes {
+    const float* distance = nullptr;
+    float origin[3] = {};
+    float inverse_spacing = 0, spacing = 0;
+    std::uint32_t nodes[3] = {};
+};
+
+struct ColliderShapeData {
+    ShapeKind kind = ShapeKind::capsule;
+    // capsule: a, ab, 1/|ab|^2, radius; box: centre, half size; plane: point, normal.
+    float a[3] = {}, b[3] = {};
+    float inverse_square = 0, radius = 0;
+    float friction = 0;
+    float distance = 0;    // kept to the surface
+    // Carried with the body: a point may stay as deep as it is in the groom at rest. Then the rest pose
+    // to the shape's own space.
+    std::uint32_t allows_rest_depth = 0;
+    float rest_to_own[9] = {};
+    float rest_place[3] = {};
+    DistanceNodes grid;
+};
+
+// A wave of the turbulent part of the wind: direction * sin(2 pi (k.x + phase)).
+inline constexpr int kWindWaves = 6;
+struct WindWave {
+    float k[3];          // 1/m
+    float direction[3];  // m/s
+    float phase;         // turns, at this small step
+};
+
+struct SmallStep {
+    float fraction = 0;      // of the step at the end of the small step, (0, 1]
+    float step_ratio = 1;    // h / h-
+    float half_square = 0;   // h (h + h-) / 2, s^2
+    float inverse_step = 0;  // 1 / h, 1/s
+    float inverse_previous = 0;  // 1 / h-, 1/s
+    float gravity[3] = {};
+    float wind[3] = {};      // m/s, mean wind with gust now
+    WindWave wave[kWindWaves] = {};
+    const ColliderPose* colliders = nullptr;
+};
+
+// Parameters of a group for quads of one number of rows, per point from root to tip.
+struct QuadClass {
+    float keep[kStrandMaxPoints];       // (1 - damping)^(60 h)
+    float drag[kStrandMaxPoints];       // 1/s, wind response times the drag rate
+    float friction[kStrandMaxPoints];   // share of the grid's displacement this step
+    float volume[kStrandMaxPoints];     // m^2/s^2
+    float stiffness_step = 0;           // h^2 E I / (density area), m^4
+    float pull = 0;                     // global length factor of a small step
+    float length_damping = 0;
+};
+
+struct StepFlags {
+    std::uint32_t has_wind = 0, has_turbulence = 0;
+    std::uint32_t stretch = 1, local_shape = 1, collision = 0, final_length = 1;
+};
+
+struct Quad {
+    std::uint32_t rows = 0;
+    float* position = nullptr;
+    float* previous = nullptr;
+    const float* length = nullptr;  // rest lengths
+    const float* shape = nullptr;   // rest edges in the parent's frame
+    const float* rest = nullptr;    // rest positions
+    // Root transforms: quaternion (4) and translation (3), components 16 lanes apart; tiles
+    // root_stride floats apart (0: one for all).
+    const float* root_begin = nullptr;
+    const float* root_end = nullptr;
+    std::size_t root_stride = 0;
+    const QuadClass* group = nullptr;
+    float* scratch = nullptr;       // [slot_count][rows][64]
+    float* root_scratch = nullptr;  // [root_slot_count][64]
+    const ColliderShapeData* shapes = nullptr;
+    std::uint32_t collider_count = 0;
+    StepFlags flags;
+    float bounds_min[3] = {}, bounds_max[3] = {};  // of all points, out of the last stretch sweep
+    float fastest = 0;  // largest |x - x_previous|^2, out of check()
+};
+
+[[gnu::always_inline]] constexpr std::size_t scratch_index(std::uint32_t slot, std::uint32_t rows, std::uint32_t row) {
+    return (std::size_t{slot} * rows + row) * kQuadLanes;
+}
+
+}  // namespace keratin

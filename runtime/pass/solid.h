@@ -1,0 +1,114 @@
+// Distance of a block of points to a collider, whatever its shape.
+#pragma once
+
+#include "runtime/pass/work.h"
+#include "runtime/shape/distance.h"
+
+namespace keratin::KERATIN_ISA {
+
+// Trilinear distance and its gradient at one point of the grid's space; no contact outside.
+inline float node_distance(const DistanceNodes& g, const float p[3], float normal[3]) {
+    std::uint32_t cell[3];
+    float f[3];
+    for (int c = 0; c < 3; ++c) {
+        const float s = (p[c] - g.origin[c]) * g.inverse_spacing;
+        const float last = float(g.nodes[c] - 1);
+        if (!(s >= 0 && s <= last)) {
+            normal[0] = 0, normal[1] = 1, normal[2] = 0;
+            return 1e9f;
+        }
+        cell[c] = s >= last ? g.nodes[c] - 2 : std::uint32_t(s);
+        f[c] = s - float(cell[c]);
+    }
+    const std::size_t nx = g.nodes[0], nxy = nx * g.nodes[1];
+    const float* d = g.distance + cell[0] + nx * cell[1] + nxy * cell[2];
+    const auto mix = [](float a, float b, float s) { return a + (b - a) * s; };
+    const float y00 = mix(d[0], d[1], f[0]), y10 = mix(d[nx], d[nx + 1], f[0]);
+    const float y01 = mix(d[nxy], d[nxy + 1], f[0]), y11 = mix(d[nxy + nx], d[nxy + nx + 1], f[0]);
+    const float z0 = mix(y00, y10, f[1]), z1 = mix(y01, y11, f[1]);
+    const float x0 = mix(d[1] - d[0], d[nx + 1] - d[nx], f[1]);
+    const float x1 = mix(d[nxy + 1] - d[nxy], d[nxy + nx + 1] - d[nxy + nx], f[1]);
+    Vec3<float> n(mix(x0, x1, f[2]), mix(y10 - y00, y11 - y01, f[2]), z1 - z0);
+    n = normalize_or(n, Vec3<float>(0, 1, 0));
+    normal[0] = n.x, normal[1] = n.y, normal[2] = n.z;
+    return mix(z0, z1, f[2]);
+}
+
+KERATIN_ALWAYS_INLINE Work grid_distance(const DistanceNodes& g, const Work3& p, Work3& normal) {
+    float px[kWorkLanes], py[kWorkLanes], pz[kWorkLanes], d[kWorkLanes];
+    store(p.x, px, 16);
+    store(p.y, py, 16);
+    store(p.z, pz, 16);
+    for (int l = 0; l < kWorkLanes; ++l) {
+        const float q[3] = {px[l], py[l], pz[l]};
+        float n[3];
+        d[l] = node_distance(g, q, n);
+        px[l] = n[0], py[l] = n[1], pz[l] = n[2];
+    }
+    normal = Work3(load<Work>(px, 16), load<Work>(py, 16), load<Work>(pz, 16));
+    return load<Work>(d, 16);
+}
+
+// Distance in the shape's own space.
+template <ShapeKind kind>
+KERATIN_ALWAYS_INLINE Work own_distance(const ColliderShapeData& s, const Work3& p, Work3& normal) {
+    if constexpr (kind == ShapeKind::capsule)
+        return capsule_distance(p, splat(s.a), splat(s.b), Work(s.inverse_square), Work(s.radius),
+                                normal);
+    else if constexpr (kind == ShapeKind::box)
+        return box_distance(p - splat(s.a), splat(s.b), normal);
+    else if constexpr (kind == ShapeKind::plane)
+        return plane_distance(p, splat(s.a), splat(s.b), normal);
+    else
+        return grid_distance(s.grid, p, normal);
+}
+
+// Distance that a point keeps: the contact distance, or less where the groom at rest lies deeper.
+template <ShapeKind kind>
+KERATIN_ALWAYS_INLINE Work kept_distance(const ColliderShapeData& s, const Block& b,
+                                         std::size_t row) {
+    const Work kept(s.distance);
+    if (!s.allows_rest_depth) return kept;
+    Work3 ignored;
+    const Work3 rest = times(s.rest_to_own, b.rest(row) - splat(s.rest_place));
+    return min(kept, own_distance<kind>(s, rest, ignored));
+}
+
+// How deep x lies in the collider, and the way out in the world.
+template <ShapeKind kind>
+KERATIN_ALWAYS_INLINE Work depth_in(const ColliderShapeData& s, const ColliderPose& pose,
+                                    const Block& b, std::size_t row, const Work3& x,
+                                    Work3& normal) {
+    const Work3 own = times(pose.to_own, x - splat(pose.place));
+    Work3 own_normal;
+    const Work distance = own_distance<kind>(s, own, own_normal);
+    const Work depth = Work(s.distance) - distance;
+    if (!any(Work(0.0f) < depth)) {
+        normal = own_normal;
+        return depth;
+    }
+    normal = transposed_times(pose.to_own, own_normal);
+    return kept_distance<kind>(s, b, row) - distance;
+}
+
+// Calls body.operator()<kind>() for the collider's shape.
+template <class Body>
+KERATIN_ALWAYS_INLINE void with_shape(ShapeKind kind, Body&& body) {
+    switch (kind) {
+        case ShapeKind::capsule: body.template operator()<ShapeKind::capsule>(); break;
+        case ShapeKind::box: body.template operator()<ShapeKind::box>(); break;
+        case ShapeKind::plane: body.template operator()<ShapeKind::plane>(); break;
+        case ShapeKind::grid: body.template operator()<ShapeKind::grid>(); break;
+    }
+}
+
+// Whether the collider can reach the quad's points as they are now.
+KERATIN_ALWAYS_INLINE bool overlaps(const Quad& quad, const ColliderPose& pose, float margin) {
+    for (int c = 0; c < 3; ++c) {
+        if (quad.bounds_max[c] + margin < pose.bounds_min[c]) return false;
+        if (pose.bounds_max[c] < quad.bounds_min[c] - margin) return false;
+    }
+    return true;
+}
+
+}  // namespace keratin::KERATIN_ISA

@@ -1,0 +1,20 @@
+// The table of passes: the name of each and the buffers it touches, out of runtime/pass/*.bind.h.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "runtime/plan.h"
+
+namespace keratin {
+
+struct PassEntry {
+    PassId id;
+    std::string_view name;
+    std::span<const BufferId> buffers;
+};
+
+// In the order of PassId.
+std::span<const PassEntry> pass_table();
+
+}  // namespace keratin

@@ -1,0 +1,230 @@
+// The pass `skin`: root transforms from bones, triangles or the one motion of the asset.
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/state.h"
+#include "schema/formula/barycentric.h"
+
+namespace keratin {
+
+namespace {
+
+struct Root {
+    Vec4f rotation;
+    Vec3f translation;
+};
+
+bool finite(const Root& r) {
+    const float sum = r.rotation.x + r.rotation.y + r.rotation.z + r.rotation.w + r.translation.x +
+                      r.translation.y + r.translation.z;
+    return std::isfinite(sum);
+}
+
+// A transform relative to the simulation's origin.
+Root relative(const RigidTransform& t, const std::array<double, 3>& origin) {
+    const Vec3d p = translation_of(t) - Vec3d(origin[0], origin[1], origin[2]);
+    const Vec4d q = rotation_of(t);
+    return {Vec4f(float(q.x), float(q.y), float(q.z), float(q.w)),
+            Vec3f(float(p.x), float(p.y), float(p.z))};
+}
+
+Root bone_root(const Simulation::State& s, const std::uint32_t bone[4], const float weight[4],
+               const Vec3f& rest) {
+    if (weight[0] >= 1.0f) return relative(s.bone_world[bone[0]], s.settings.origin);
+    Vec4f sum(0, 0, 0, 0), first(0, 0, 0, 1);
+    Vec3f point(0, 0, 0);
+    for (int k = 0; k < 4; ++k) {
+        if (weight[k] <= 0) continue;
+        const Root r = relative(s.bone_world[bone[k]], s.settings.origin);
+        if (k == 0) first = r.rotation;
+        // The same rotation has two quaternions: take the one on the first bone's side.
+        const float side = dot(first, r.rotation) < 0 ? -weight[k] : weight[k];
+        sum = sum + r.rotation * side;
+        point = point + (rotate(r.rotation, rest) + r.translation) * weight[k];
+    }
+    Root root;
+    root.rotation = unit_quaternion(sum);
+    root.translation = point - rotate(root.rotation, rest);
+    return root;
+}
+
+Vec3f vertex(std::span<const float> positions, std::uint32_t v) {
+    return Vec3f(positions[v * 3], positions[v * 3 + 1], positions[v * 3 + 2]);
+}
+
+Root triangle_root(const Simulation::State& s, std::uint32_t slot, float u, float v) {
+    const std::uint32_t* corner = s.fields.mesh_triangle.data() + std::size_t{slot} * 3;
+    const auto rest = s.fields.mesh_position;
+    const std::span<const float> now = s.mesh_next.span();
+    const Vec3f ra = vertex(rest, corner[0]), rb = vertex(rest, corner[1]), rc = vertex(rest, corner[2]);
+    const Vec3f na = vertex(now, corner[0]), nb = vertex(now, corner[1]), nc = vertex(now, corner[2]);
+    const Vec4f turn = product(triangle_rotation(na, nb, nc), conjugate(triangle_rotation(ra, rb, rc)));
+    const Vec3f from = barycentric_point(ra, rb, rc, u, v), to = barycentric_point(na, nb, nc, u, v);
+    // Then the asset's own motion, in double.
+    const Root body = relative(s.motion_next, s.settings.origin);
+    Root root;
+    root.rotation = unit_quaternion(product(body.rotation, turn));
+    root.translation = rotate(body.rotation, to - rotate(turn, from)) + body.translation;
+    return root;
+}
+
+void write_lane(float* tile, std::size_t lane, const Root& r) {
+    const float v[kRootFloats] = {r.rotation.x,    r.rotation.y,    r.rotation.z,   r.rotation.w,
+                                  r.translation.x, r.translation.y, r.translation.z};
+    for (std::size_t c = 0; c < kRootFloats; ++c) tile[c * kTileLanes + lane] = v[c];
+}
+
+Root read_lane(const float* tile, std::size_t lane) {
+    const auto at = [&](std::size_t c) { return tile[c * kTileLanes + lane]; };
+    return {Vec4f(at(0), at(1), at(2), at(3)), Vec3f(at(4), at(5), at(6))};
+}
+
+// Whether a root that stands at `rest` in the groom goes further than `far` or turns by more than a
+// right angle: |w| = cos(angle / 2) is below cos 45 degrees then.
+bool jumped(const Root& a, const Root& b, const Vec3f& rest, float far) {
+    const Vec3f move =
+        rotate(b.rotation, rest) + b.translation - rotate(a.rotation, rest) - a.translation;
+    return length(move) > far || std::fabs(dot(a.rotation, b.rotation)) < 0.70710678f;
+}
+
+}  // namespace
+
+void pose_bones(Simulation::State& s) {
+    if (s.bones_next.empty())
+        s.bone_world[0] = s.motion_next;
+    else
+        for (std::size_t b = 0; b < s.bones_next.size(); ++b)
+            s.bone_world[b] = chained(s.motion_next, s.bones_next[b]);
+}
+
+void skin_guides(Simulation::State& s) {
+    if (s.shape.one_motion) {
+        const Root root = relative(s.motion_next, s.settings.origin);
+        for (std::size_t lane = 0; lane < kTileLanes; ++lane) write_lane(s.root_end.data(), lane, root);
+        return;
+    }
+    std::uint64_t refused = 0;
+#pragma omp parallel for num_threads(s.threads) schedule(static) reduction(+ : refused)
+    for (std::size_t tile = 0; tile < s.shape.tiles; ++tile) {
+        float* out = s.root_end.data() + tile * kRootFloats * kTileLanes;
+        for (std::size_t lane = 0; lane < kTileLanes; ++lane) {
+            const std::size_t index = tile * kTileLanes + lane;
+            Root root;
+            if (s.shape.by_triangle) {
+                const float* bary = s.fields.guide_barycentric.data() + tile * 2 * kTileLanes + lane;
+                root = triangle_root(s, s.guide_triangle_slot[index], bary[0], bary[kTileLanes]);
+            } else {
+                std::uint32_t bone[4];
+                float weight[4];
+                for (std::size_t k = 0; k < 4; ++k) {
+                    const std::size_t place = (tile * 4 + k) * kTileLanes + lane;
+                    bone[k] = s.fields.guide_bone[place];
+                    weight[k] = s.fields.guide_bone_weight[place];
+                }
+                const float* p = s.fields.guide_position.data() + s.tile_row(tile) * 48 + lane;
+                root = bone_root(s, bone, weight, Vec3f(p[0], p[16], p[32]));
+            }
+            if (finite(root))
+                write_lane(out, lane, root);
+            else if (s.fields.guide_point_count[index] > 0)
+                ++refused;
+        }
+    }
+    s.health.roots_refused += refused;
+}
+
+void skin_strands(Simulation::State& s) {
+    if (s.shape.one_motion) {
+        const Root root = relative(s.motion_next, s.settings.origin);
+        const float v[kRootFloats] = {root.rotation.x,    root.rotation.y,    root.rotation.z,
+                                      root.rotation.w,    root.translation.x, root.translation.y,
+                                      root.translation.z};
+        std::copy(v, v + kRootFloats, s.strand_root.data());
+        return;
+    }
+#pragma omp parallel for num_threads(s.threads) schedule(static)
+    for (std::uint32_t i = 0; i < s.strand_count; ++i) {
+        Root root;
+        if (s.shape.by_triangle) {
+            const float* bary = s.fields.strand_barycentric.data() + std::size_t{i} * 2;
+            root = triangle_root(s, s.strand_triangle_slot[i], bary[0], bary[1]);
+        } else {
+            const float* p = s.fields.strand_position.data() +
+                             std::size_t{s.fields.strand_first_point[i]} * 3;
+            root = bone_root(s, s.fields.strand_bone.data() + std::size_t{i} * 4,
+                             s.fields.strand_bone_weight.data() + std::size_t{i} * 4,
+                             Vec3f(p[0], p[1], p[2]));
+        }
+        if (!finite(root)) continue;
+        float* out = s.strand_root.data() + std::size_t{i} * kRootFloats;
+        out[0] = root.rotation.x, out[1] = root.rotation.y, out[2] = root.rotation.z;
+        out[3] = root.rotation.w, out[4] = root.translation.x, out[5] = root.translation.y;
+        out[6] = root.translation.z;
+    }
+}
+
+std::uint64_t carry_jumps(Simulation::State& s, bool all, Velocity velocity) {
+    const float far = s.settings.teleport_distance;
+    if (!all && far <= 0) return 0;
+    const std::size_t stride = s.shape.one_motion ? 0 : kRootFloats * kTileLanes;
+    // One motion carries all or none: by how far it takes the middle of the groom.
+    if (s.shape.one_motion && !all) {
+        const Root a = read_lane(s.root_begin.data(), 0), b = read_lane(s.root_end.data(), 0);
+        const auto& lo = s.info.bounds_min;
+        const auto& hi = s.info.bounds_max;
+        const Vec3f middle((lo[0] + hi[0]) / 2, (lo[1] + hi[1]) / 2, (lo[2] + hi[2]) / 2);
+        all = jumped(a, b, middle, far);
+        if (!all) return 0;
+    }
+    std::uint64_t carried = 0;
+#pragma omp parallel for num_threads(s.threads) schedule(static) reduction(+ : carried)
+    for (std::size_t tile = 0; tile < s.shape.tiles; ++tile) {
+        const float* end_tile = s.root_end.data() + tile * stride;
+        const float* begin_tile = s.root_begin.data() + tile * stride;
+        const std::size_t rows = s.quad_rows(tile / kQuadTiles);
+        for (std::size_t lane = 0; lane < kTileLanes; ++lane) {
+            const Root a = read_lane(begin_tile, lane), b = read_lane(end_tile, lane);
+            const float* p = s.fields.guide_position.data() + s.tile_row(tile) * 48 + lane;
+            const Vec3f rest(p[0], p[16], p[32]);
+            const Vec3f from = rotate(a.rotation, rest) + a.translation;
+            const Vec3f to = rotate(b.rotation, rest) + b.translation;
+            const Vec4f turn = product(b.rotation, conjugate(a.rotation));
+            if (!all && !jumped(a, b, rest, far)) continue;
+            for (std::size_t row = 0; row < rows; ++row) {
+                const std::size_t place = (s.tile_row(tile) + row) * 48 + lane;
+                float* x = s.position.data() + place;
+                float* q = s.previous.data() + place;
+                const Vec3f x_new = to + rotate(turn, Vec3f(x[0], x[16], x[32]) - from);
+                const Vec3f q_new = velocity == Velocity::zero
+                                        ? x_new
+                                        : to + rotate(turn, Vec3f(q[0], q[16], q[32]) - from);
+                x[0] = x_new.x, x[16] = x_new.y, x[32] = x_new.z;
+                q[0] = q_new.x, q[16] = q_new.y, q[32] = q_new.z;
+            }
+            if (!s.shape.one_motion)
+                write_lane(s.root_begin.data() + tile * stride, lane, b);
+            if (s.fields.guide_point_count[tile * kTileLanes + lane] > 0) ++carried;
+        }
+    }
+    if (s.shape.one_motion && carried > 0)
+        std::copy(s.root_end.span().begin(), s.root_end.span().end(), s.root_begin.data());
+    return carried;
+}
+
+void put_to_rest(Simulation::State& s, std::size_t tile, std::size_t lane) {
+    const std::size_t stride = s.shape.one_motion ? 0 : kRootFloats * kTileLanes;
+    const Root root = read_lane(s.root_end.data() + tile * stride, lane);
+    const std::size_t rows = s.quad_rows(tile / kQuadTiles);
+    for (std::size_t row = 0; row < rows; ++row) {
+        const std::size_t place = (s.tile_row(tile) + row) * 48 + lane;
+        const float* p = s.fields.guide_position.data() + place;
+        const Vec3f x = rotate(root.rotation, Vec3f(p[0], p[16], p[32])) + root.translation;
+        float* out = s.position.data() + place;
+        float* before = s.previous.data() + place;
+        out[0] = before[0] = x.x;
+        out[16] = before[16] = x.y;
+        out[32] = before[32] = x.z;
+    }
+}
+
+}  // namespace keratin
