@@ -3,6 +3,7 @@
 #pragma once
 
 #include "schema/asset.h"
+#include "schema/read/up_axis.h"
 #include "schema/result.h"
 
 #include <array>
@@ -13,7 +14,6 @@
 namespace keratin {
 
 enum class RootEnd { automatic, first, last };  // automatic: the end nearer to the mesh
-enum class UpAxis { y, z, x };
 enum class GuideMethod { random, kmeans, authored, motion };
 enum class MeshKeep { automatic, none, bound, all };  // automatic: bound when attach is triangle
 enum class ColliderMethod { none, fit };

@@ -14,6 +14,7 @@ namespace fb = scene_fb;
 
 static_assert(int(SolverKind::superhelix) == int(fb::Solver::superhelix) &&
               int(SolverKind::rod) == int(fb::Solver::rod));
+static_assert(int(UpAxis::z) == int(fb::UpAxis::z) && int(UpAxis::x) == int(fb::UpAxis::x));
 static_assert(int(EndKind::pinned) == int(fb::End::pinned) &&
               int(EndKind::clamped_two_points) == int(fb::End::clamped_two_points));
 
@@ -71,6 +72,11 @@ Result<void> read_asset(const TypedJson& json, const std::string& path, const fb
         if (!poses) return poses.error();
         out.bones = std::move(*poses);
     }
+    if (!in.mesh_frames() && (in.mesh_scale() || in.mesh_up_axis()))
+        return json.wrong(path + (in.mesh_scale() ? ".mesh_scale" : ".mesh_up_axis"),
+                          "says how to read `mesh_frames`, but there are none");
+    if (in.mesh_scale()) out.mesh_scale = *in.mesh_scale();
+    if (in.mesh_up_axis()) out.mesh_up_axis = static_cast<UpAxis>(*in.mesh_up_axis());
     if (!in.mesh_frames()) return {};
     for (flatbuffers::uoffset_t i = 0; i < in.mesh_frames()->size(); ++i) {
         const fb::MeshFrame& frame = *in.mesh_frames()->Get(i);

@@ -2,6 +2,7 @@
 // schema/scene.fbs. Units SI, y up, quaternions (x, y, z, w).
 #pragma once
 
+#include "schema/read/up_axis.h"
 #include "schema/result.h"
 
 #include <array>
@@ -43,6 +44,8 @@ struct SceneAsset {
     Motion motion;
     std::vector<BoneMotion> bones;  // from the pose file `bones`
     std::vector<MeshFrame> mesh_frames;
+    double mesh_scale = 1;  // m per unit of the mesh frames' files
+    UpAxis mesh_up_axis = UpAxis::y;
 };
 
 enum class EndKind { free, pinned, clamped, clamped_two_points };

@@ -41,7 +41,8 @@ TEST_CASE("every field of a scene is read") {
                     "twist_scale": 3, "local_inertia": "rigid" },
       "assets": [ { "file": "head.kera", "lod": 0.5, "motion": [ { "time": 0.5 } ],
                     "bones": "poses.json",
-                    "mesh_frames": [ { "time": 0, "file": "n.obj" }, { "time": 1, "file": "s.obj" } ] } ],
+                    "mesh_frames": [ { "time": 0, "file": "n.obj" }, { "time": 1, "file": "s.obj" } ],
+                    "mesh_scale": 0.01, "mesh_up_axis": "z" } ],
       "strands": [ { "points": [[0,0,0],[0.01,0,0]], "velocities": [[0,0,0],[0,1,0]],
                      "natural_curvature": [3, 4], "natural_twist": 5, "radii": [1e-5, 2e-5],
                      "density": 1000, "youngs_modulus": 1e9, "poisson_ratio": 0.3, "viscosity": 6,
@@ -89,6 +90,8 @@ TEST_CASE("every field of a scene is read") {
     CHECK(asset.bones[0].motion[1].rotation == Double4{0, 1, 0, 0});
     REQUIRE(asset.mesh_frames.size() == 2);
     CHECK(asset.mesh_frames[1].file == (folder / "s.obj").string());
+    CHECK(asset.mesh_scale == 0.01);
+    CHECK(asset.mesh_up_axis == UpAxis::z);
     REQUIRE(scene->strands.size() == 2);
     const SceneStrand& strand = scene->strands[0];
     CHECK(strand.points[1] == Double3{0.01, 0, 0});
