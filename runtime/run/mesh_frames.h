@@ -1,0 +1,28 @@
+// Deformed meshes that carry hair on a face: OBJ files of the mesh an asset was bound to, one a
+// keyframe, with other vertex positions.
+#pragma once
+
+#include "schema/asset.h"
+#include "schema/read/scene.h"
+#include "schema/result.h"
+
+#include <vector>
+
+namespace keratin {
+
+struct MeshFrames {
+    std::vector<double> time;                  // s, rising
+    std::vector<std::vector<float>> position;  // [frames][mesh_vertex_count * 3] m, asset space
+
+    bool empty() const { return time.empty(); }
+    // Linear between frames, held outside; out has the size of one frame.
+    void at(double time, std::vector<float>& out) const;
+};
+
+// Reads the mesh frames of `asset`. Vertices are numbered as the bake numbers them: by first use of
+// a pair of position and texture coordinate, faces split into fans.
+// Errors: io; input when a file does not parse or its triangles are not those that the asset was
+// bound to.
+Result<MeshFrames> read_mesh_frames(const SceneAsset& asset, const AssetInfo& info);
+
+}  // namespace keratin
