@@ -4,6 +4,30 @@
 
 namespace keratin {
 
+SideRows make_rows(const ContactStrands& strands, const Contact& contact, int side,
+                   const ContactFrame& frame, std::uint32_t first, std::uint32_t stride) {
+    const std::uint32_t v = strands.first_vertex[contact.edge[side]];
+    const Vector3 e = strands.x_t0[v + 1] - strands.x_t0[v];
+    const double l = length(e), inverse = l > 0 ? 1 / l : 0;
+    const Vector3 t = e * inverse;
+    const Vector3& arm = contact.arm[side];
+    const double alpha = contact.parameter[side], sign = side == 0 ? 1 : -1;
+    SideRows rows;
+    rows.first = first;
+    rows.stride = stride;
+    for (int k = 0; k < 3; ++k) {
+        // The transpose: a unit impulse along the axis, and its couple about the centre line
+        // carried by opposite impulses on the end points and by the spin.
+        const Vector3 r = sign * frame.axis[k];
+        const Vector3 couple = cross(arm, r);
+        const Vector3 f = cross(couple, t) * inverse;
+        const Vector3 a = (1 - alpha) * r - f, b = alpha * r + f;
+        const double weight[7] = {a.x, a.y, a.z, dot(couple, t), b.x, b.y, b.z};
+        for (int i = 0; i < 7; ++i) rows.weight[k][i] = weight[i];
+    }
+    return rows;
+}
+
 void place_contact(const ContactStrands& strands, double step, double start_distance,
                    const Vector3& surface_t0, const Vector3& surface_t1, Contact& contact) {
     constexpr double kPushOut = 0.2;       // of delta, a step

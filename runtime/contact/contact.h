@@ -50,62 +50,48 @@ struct Contact {
     double friction = 0;
     Vector3 obstacle_velocity{0, 0, 0};  // m/s, of the collider's point
     Vector3 impulse{0, 0, 0};            // N s, on side 0; world axes
+    Vector3 applied{0, 0, 0};            // N s, the part of it that the velocity contains already
 };
 
-// Where the numbers of a velocity vector lie: component c of vertex i at vertex[i] + c * stride,
-// the spin of edge e at edge[e]. Serves interleaved lanes and plain arrays alike.
-struct VelocityLayout {
-    std::span<const std::uint32_t> vertex;  // [vertex_count]
-    std::span<const std::uint32_t> edge;    // [edge_count]
+// One side of a contact as rows of H (METHODS 2.6): the velocity of the edge's material at the
+// common point along normal, first and second tangent, from the seven numbers of its edge, which
+// stand `stride` apart: vertex a (3), spin, vertex b (3). On side 1 the sign is turned, so that the
+// sum of both sides is the relative velocity u; the transpose gives the impulse H^T r.
+struct SideRows {
+    std::uint32_t first = 0;  // where the number a.x stands in a vector of all numbers
     std::uint32_t stride = 1;
+    double weight[3][7] = {};
 };
 
-// One side of a contact against its edge: everything that reading a velocity needs.
-struct ContactSide {
-    std::uint32_t vertex_a, vertex_b, spin;  // indices into the velocity vector
-    double weight_a, weight_b;               // 1 - alpha, alpha
-    Vector3 arm;                             // m
-    Vector3 tangent;                         // unit, at x_t
-    double inverse_length;                   // 1/m
+// Two unit tangents that make a right-handed frame with the unit normal.
+struct ContactFrame {
+    Vector3 axis[3];  // normal, first, second tangent
 };
-
-inline ContactSide make_side(const ContactStrands& strands, const VelocityLayout& layout,
-                             std::uint32_t edge, double parameter, const Vector3& arm) {
-    const std::uint32_t v = strands.first_vertex[edge];
-    const Vector3 e = strands.x_t0[v + 1] - strands.x_t0[v];
-    const double l = length(e);
-    const double inverse = l > 0 ? 1 / l : 0;
-    return {layout.vertex[v],  layout.vertex[v + 1],
-            layout.edge[edge], 1 - parameter,
-            parameter,         arm,
-            e * inverse,       inverse};
+inline ContactFrame contact_frame(const Vector3& normal) {
+    const Vector3 t = any_perpendicular(normal);
+    return {{normal, t, cross(normal, t)}};
 }
 
-inline Vector3 read_velocity(std::span<const double> v, std::uint32_t base, std::uint32_t stride) {
-    return {v[base], v[base + stride], v[base + 2 * stride]};
+// Rows of one side: the point on the centre line moves with (1 - alpha) v_a + alpha v_b, and the
+// common point with omega x arm besides, omega = t x (v_b - v_a) / |e| + spin t.
+SideRows make_rows(const ContactStrands& strands, const Contact& contact, int side,
+                   const ContactFrame& frame, std::uint32_t first, std::uint32_t stride);
+
+// Adds what the side reads from the velocities v to u [3].
+inline void add_velocity(const SideRows& rows, std::span<const double> v, double* u) {
+    for (int k = 0; k < 3; ++k) {
+        double sum = 0;
+        for (int i = 0; i < 7; ++i)
+            sum += rows.weight[k][i] * v[rows.first + static_cast<std::size_t>(i) * rows.stride];
+        u[k] += sum;
+    }
 }
 
-// Velocity of the edge's material at the common point c: that of the point on the centre line plus
-// omega x (c - p), omega = t x (v_b - v_a) / |e| + spin t.
-inline Vector3 side_velocity(const ContactSide& s, std::span<const double> v,
-                             std::uint32_t stride) {
-    const Vector3 va = read_velocity(v, s.vertex_a, stride),
-                  vb = read_velocity(v, s.vertex_b, stride);
-    const Vector3 w = (vb - va) * s.inverse_length;
-    const Vector3 across = cross(s.tangent, s.arm);
-    return s.weight_a * va + s.weight_b * vb + w * dot(s.tangent, s.arm) -
-           s.tangent * dot(w, s.arm) + v[s.spin] * across;
-}
-
-// What the impulse r at the common point does to the edge: the transpose of side_velocity.
-struct SideImpulse {
-    Vector3 on_a, on_b;
-    double on_spin;
-};
-inline SideImpulse side_impulse(const ContactSide& s, const Vector3& r) {
-    const Vector3 couple = cross(s.arm, r);
-    const Vector3 f = cross(couple, s.tangent) * s.inverse_length;
-    return {s.weight_a * r - f, s.weight_b * r + f, dot(couple, s.tangent)};
+// Adds the impulse r [3] (contact frame) to the vector of all numbers.
+inline void add_impulse(const SideRows& rows, const double* r, std::span<double> impulse) {
+    for (int i = 0; i < 7; ++i)
+        impulse[rows.first + static_cast<std::size_t>(i) * rows.stride] +=
+            rows.weight[0][i] * r[0] + rows.weight[1][i] * r[1] + rows.weight[2][i] * r[2];
 }
 
 // Fills arm, gap and obstacle_velocity of a contact whose key, edges, parameters, normal and

@@ -1,6 +1,6 @@
-// What a rod step and a contact solver hand each other (METHODS §2.4). The step owns the motion; the
-// contact solver owns the contacts and the impulses r, and is called by the step, which passes the
-// velocity and the inverse of its Hessian as arguments: neither includes the other's code.
+// What a rod step and a contact solver hand each other (METHODS §2.4). The step owns the motion;
+// the contact solver owns the contacts and the impulses r, and is called by the step, which passes
+// the velocity and the inverse of its Hessian as arguments: neither includes the other's code.
 //
 //     begin_step            once a step (and once for each half of a repeated step)
 //     repeat
@@ -17,9 +17,9 @@
 namespace keratin {
 
 // Where the numbers of the strands stand. Strands lie side by side in blocks of `lanes`; number
-// 4 i + c of strand s stands at first[s] + (4 i + c) * lanes, with c = 0, 1, 2 the position of vertex
-// i and c = 3 the angle of the edge i from vertex i to i + 1 (the last vertex has none: its number is
-// not used). Strand s is lane `first[s] % (block length)` of its block, see `block`.
+// 4 i + c of strand s stands at first[s] + (4 i + c) * lanes, with c = 0, 1, 2 the position of
+// vertex i and c = 3 the angle of the edge i from vertex i to i + 1 (the last vertex has none: its
+// number is not used). Strand s is lane `first[s] % (block length)` of its block, see `block`.
 struct RodLayout {
     std::span<const std::uint32_t> first;         // [strands]
     std::span<const std::uint32_t> vertex_count;  // [strands] >= 2
@@ -38,16 +38,16 @@ struct RodLayout {
 // given, is valid during the step only, and positions count from an origin of the rod simulation's.
 struct ContactProblem {
     RodLayout layout;
-    double time = 0;  // s, at the start of the step
-    double step = 0;  // s, h
-    double origin[3] = {0, 0, 0};            // m, world position that x counts from
-    std::span<const double> x_t0;            // m, rad: start of the step
-    std::span<const double> v_t0;            // m/s, rad/s: start of the step
-    std::span<const double> inverse_mass;    // 1/kg, 1/(kg m^2); 0 where prescribed
-    std::span<const double> radius;          // [strands] m: the larger semi-axis
-    std::span<const double> spin_weight;     // [strands] m: length that an angle counts with (r)
-    double gravity_speed = 0;                // m/s: h |g|, u* of METHODS §2.10 (1e-2 without gravity)
-    double mean_vertex_mass = 0;             // kg, of the vertices that are not prescribed
+    double time = 0;                       // s, at the start of the step
+    double step = 0;                       // s, h
+    double origin[3] = {0, 0, 0};          // m, world position that x counts from
+    std::span<const double> x_t0;          // m, rad: start of the step
+    std::span<const double> v_t0;          // m/s, rad/s: start of the step
+    std::span<const double> inverse_mass;  // 1/kg, 1/(kg m^2); 0 where prescribed
+    std::span<const double> radius;        // [strands] m: the larger semi-axis
+    std::span<const double> spin_weight;   // [strands] m: length that an angle counts with (r)
+    double gravity_speed = 0;     // m/s: h |g|, u* of METHODS §2.10 (1e-2 without gravity)
+    double mean_vertex_mass = 0;  // kg, of the vertices that are not prescribed
 };
 
 // Applies (grad^2 g)^-1 of the last Newton iteration, (M + h^2 grad^2 E)^-1: impulse to change of
@@ -55,6 +55,8 @@ struct ContactProblem {
 class RodInverse {
   public:
     virtual ~RodInverse() = default;
+    // Changes whenever the factor does: the same number, the same inverse.
+    virtual std::uint64_t version() const { return 0; }
     // One vector for each strand of a block at once, in place: [block length], laid out as the
     // block's part of the arrays above. As fast as one strand alone.
     virtual void apply_block(std::uint32_t block, std::span<double> values) const = 0;
@@ -63,8 +65,8 @@ class RodInverse {
 };
 
 struct ContactPass {
-    double mean_change = 0;      // N s: mean over the contacts of |r_new - r_old|
-    std::size_t contacts = 0;    // listed
+    double mean_change = 0;    // N s: mean over the contacts of |r_new - r_old|
+    std::size_t contacts = 0;  // listed
 };
 
 class ContactSolver {

@@ -12,8 +12,6 @@ struct Chains {
     std::vector<std::uint32_t> first_vertex, strand;
     std::vector<double> radius;
     std::vector<std::uint8_t> prescribed;
-    // For VelocityLayout: numbers x y z spin of each vertex next to each other.
-    std::vector<std::uint32_t> vertex_number, edge_number;
 
     // A strand through the points; each moves by `move` within the step.
     void add(const std::vector<Vector3>& points, const Vector3& move, double r) {
@@ -23,9 +21,7 @@ struct Chains {
                 first_vertex.push_back(static_cast<std::uint32_t>(x_t0.size()));
                 strand.push_back(s);
                 radius.push_back(r);
-                edge_number.push_back(static_cast<std::uint32_t>(4 * x_t0.size() + 3));
             }
-            vertex_number.push_back(static_cast<std::uint32_t>(4 * x_t0.size()));
             x_t0.push_back(points[i]);
             x_t1.push_back(points[i] + move);
             prescribed.push_back(0);
@@ -33,7 +29,6 @@ struct Chains {
     }
 
     ContactStrands view() const { return {x_t0, x_t1, first_vertex, strand, radius, prescribed}; }
-    VelocityLayout layout() const { return {vertex_number, edge_number, 1}; }
 };
 
 }  // namespace keratin

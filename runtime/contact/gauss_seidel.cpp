@@ -1,0 +1,396 @@
+#include "runtime/contact/gauss_seidel.h"
+
+#include "runtime/contact/coulomb.h"
+#include "runtime/contact/gauss_seidel_sweep.h"
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <vector>
+
+namespace keratin {
+namespace {
+
+// Groups of strands; contacts within a group and between two groups are swept together. Fixed, so
+// that the order of work does not depend on the threads; bounds how many can be busy.
+constexpr std::uint32_t kGroups = 8;
+constexpr std::size_t kAlign = 8;  // numbers: columns and states start at multiples of 64 bytes
+constexpr std::uint32_t kResidualEvery = 4;  // sweeps
+
+template <class T>
+struct AlignedAllocator {
+    using value_type = T;
+    AlignedAllocator() = default;
+    template <class U>
+    AlignedAllocator(const AlignedAllocator<U>&) {}
+    T* allocate(std::size_t n) {
+        return static_cast<T*>(::operator new(n * sizeof(T), std::align_val_t(64)));
+    }
+    void deallocate(T* p, std::size_t) { ::operator delete(p, std::align_val_t(64)); }
+    template <class U>
+    bool operator==(const AlignedAllocator<U>&) const {
+        return true;
+    }
+};
+using AlignedNumbers = std::vector<double, AlignedAllocator<double>>;
+
+std::uint32_t rounded_up(std::size_t n) {
+    return static_cast<std::uint32_t>((n + kAlign - 1) / kAlign * kAlign);
+}
+
+// In which round of a tournament two different groups meet: pairs of one round are disjoint.
+std::uint32_t round_of(std::uint32_t a, std::uint32_t b) {
+    constexpr std::uint32_t m = kGroups - 1;
+    if (a > b) std::swap(a, b);
+    return 1 + (b == m ? 2 * a % m : (a + b) % m);
+}
+
+}  // namespace
+
+struct GaussSeidel::Memory {
+    struct StrandPart {
+        std::uint32_t first_side, side_count;  // in side_order
+        std::uint32_t rows;
+        bool dense;
+        std::size_t columns, state;
+    };
+    struct Bucket {
+        std::uint32_t phase, first_batch, last_batch;
+    };
+
+    std::vector<StrandPart> strands;
+    std::vector<std::uint32_t> touched;     // strands with contacts
+    std::vector<std::uint32_t> side_order;  // 2 * contact + side, strand by strand
+    std::vector<SweepSide> sides;           // by 2 * contact + side
+    AlignedNumbers columns, state;
+    std::vector<double> rows;  // 21 a side, for dense strands
+    std::vector<ContactBatch, AlignedAllocator<ContactBatch>> batches;
+    std::vector<std::uint32_t> batch_of;  // 8 * batch + lane of each contact
+    std::vector<Bucket> buckets;
+    std::vector<double> bucket_sum;
+    std::vector<std::uint32_t> count, last_batch, bucket_of, order;
+    std::vector<std::uint32_t> block_strands, block_start;
+};
+
+GaussSeidel::GaussSeidel() : memory_(std::make_unique<Memory>()) {}
+GaussSeidel::~GaussSeidel() = default;
+GaussSeidel::GaussSeidel(GaussSeidel&&) noexcept = default;
+GaussSeidel& GaussSeidel::operator=(GaussSeidel&&) noexcept = default;
+
+std::size_t GaussSeidel::bytes() const {
+    const Memory& m = *memory_;
+    return (m.columns.size() + m.state.size() + m.rows.size()) * sizeof(double) +
+           m.batches.size() * sizeof(ContactBatch) + m.sides.size() * sizeof(SweepSide);
+}
+
+void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> laws,
+                           std::span<const SidePlace> places, const RodInverse& inverse,
+                           int threads) {
+    Memory& m = *memory_;
+    const std::size_t contacts = laws.size(), strand_count = layout.first.size();
+
+    // Sides strand by strand, and where each strand's numbers go.
+    m.strands.assign(strand_count, {0, 0, 0, false, 0, 0});
+    for (std::size_t c = 0; c < contacts; ++c)
+        for (std::uint32_t side = 0; side < laws[c].sides; ++side)
+            ++m.strands[places[2 * c + side].strand].side_count;
+    m.touched.clear();
+    std::uint32_t total = 0;
+    std::size_t column_numbers = 0, state_numbers = 0;
+    for (std::uint32_t s = 0; s < strand_count; ++s) {
+        Memory::StrandPart& part = m.strands[s];
+        part.first_side = total;
+        if (part.side_count == 0) continue;
+        total += part.side_count;
+        m.touched.push_back(s);
+        const std::size_t numbers = 4 * static_cast<std::size_t>(layout.vertex_count[s]);
+        part.dense = 3 * static_cast<std::size_t>(part.side_count) > numbers;
+        part.rows =
+            rounded_up(part.dense ? numbers : 3 * static_cast<std::size_t>(part.side_count));
+        part.columns = column_numbers;
+        part.state = state_numbers;
+        column_numbers += 3 * static_cast<std::size_t>(part.side_count) * part.rows;
+        state_numbers += part.rows;
+        part.side_count = 0;
+    }
+    m.side_order.resize(total);
+    m.sides.resize(2 * contacts);
+    m.columns.resize(column_numbers);
+    m.state.resize(state_numbers);
+    m.rows.resize(42 * contacts);
+    for (std::size_t c = 0; c < contacts; ++c)
+        for (std::uint32_t side = 0; side < laws[c].sides; ++side) {
+            const std::size_t k = 2 * c + side;
+            Memory::StrandPart& part = m.strands[places[k].strand];
+            const std::uint32_t place = part.side_count++;
+            m.side_order[part.first_side + place] = static_cast<std::uint32_t>(k);
+            m.sides[k] = {part.columns + 3 * static_cast<std::size_t>(place) * part.rows,
+                          part.state,
+                          part.rows,
+                          part.dense ? 4 * places[k].vertex : 3 * place,
+                          part.dense ? 1u : 0u,
+                          21 * k};
+            std::copy(&laws[c].rows[side].weight[0][0], &laws[c].rows[side].weight[0][0] + 21,
+                      &m.rows[21 * k]);
+        }
+
+    // W, or its half, by one solve a column: a strand's next column beside those of its block.
+    const std::size_t blocks = layout.block_first.empty() ? 0 : layout.block_first.size() - 1;
+    m.block_start.assign(blocks + 1, 0);
+    for (const std::uint32_t s : m.touched) ++m.block_start[layout.block[s] + 1];
+    for (std::size_t b = 0; b < blocks; ++b) m.block_start[b + 1] += m.block_start[b];
+    m.block_strands.resize(m.touched.size());
+    for (std::size_t i = m.touched.size(); i-- > 0;)
+        m.block_strands[--m.block_start[layout.block[m.touched[i]] + 1]] = m.touched[i];
+    for (std::size_t b = 0; b < blocks; ++b) m.block_start[b] = m.block_start[b + 1];
+    if (blocks > 0) m.block_start[blocks] = static_cast<std::uint32_t>(m.touched.size());
+
+#pragma omp parallel num_threads(threads)
+    {
+        AlignedNumbers values;
+#pragma omp for schedule(dynamic)
+        for (std::size_t b = 0; b < blocks; ++b) {
+            const std::span<const std::uint32_t> members =
+                std::span(m.block_strands)
+                    .subspan(m.block_start[b], m.block_start[b + 1] - m.block_start[b]);
+            if (members.empty()) continue;
+            const std::size_t begin = layout.block_first[b],
+                              length = layout.block_first[b + 1] - begin;
+            values.resize(length);
+            std::uint32_t most = 0;
+            for (const std::uint32_t s : members) most = std::max(most, m.strands[s].side_count);
+            for (std::uint32_t place = 0; place < most; ++place)
+                for (int k = 0; k < 3; ++k) {
+                    std::fill(values.begin(), values.end(), 0.0);
+                    for (const std::uint32_t s : members) {
+                        const Memory::StrandPart& part = m.strands[s];
+                        if (place >= part.side_count) continue;
+                        const std::uint32_t side = m.side_order[part.first_side + place];
+                        const SideRows& rows = laws[side / 2].rows[side % 2];
+                        for (int i = 0; i < 7; ++i)
+                            values[rows.first - begin +
+                                   static_cast<std::size_t>(i) * rows.stride] += rows.weight[k][i];
+                    }
+                    inverse.apply_block(static_cast<std::uint32_t>(b), values);
+                    for (const std::uint32_t s : members) {
+                        const Memory::StrandPart& part = m.strands[s];
+                        if (place >= part.side_count) continue;
+                        double* column = m.columns.data() + part.columns +
+                                         (3 * static_cast<std::size_t>(place) + k) * part.rows;
+                        std::uint32_t written = 0;
+                        if (part.dense) {
+                            const std::size_t numbers =
+                                4 * static_cast<std::size_t>(layout.vertex_count[s]);
+                            const std::size_t first = layout.first[s] - begin;
+                            for (std::size_t i = 0; i < numbers; ++i)
+                                column[written++] = values[first + i * layout.lanes];
+                        } else {
+                            for (std::uint32_t j = 0; j < part.side_count; ++j) {
+                                const std::uint32_t other = m.side_order[part.first_side + j];
+                                const SideRows& rows = laws[other / 2].rows[other % 2];
+                                double u[3] = {0, 0, 0};
+                                for (int i = 0; i < 7; ++i) {
+                                    const double x =
+                                        values[rows.first - begin +
+                                               static_cast<std::size_t>(i) * rows.stride];
+                                    for (int d = 0; d < 3; ++d) u[d] += rows.weight[d][i] * x;
+                                }
+                                for (int d = 0; d < 3; ++d) column[written++] = u[d];
+                            }
+                        }
+                        while (written < part.rows) column[written++] = 0;
+                    }
+                }
+        }
+    }
+
+    // Batches: by phase, within a phase by pair of groups, each bucket filled greedily in the order
+    // of the contacts so that no strand is twice in a batch.
+    auto group = [&](std::uint32_t s) {
+        return static_cast<std::uint32_t>(static_cast<std::uint64_t>(s) * kGroups / strand_count);
+    };
+    constexpr std::uint32_t kBuckets = kGroups * kGroups * kGroups;
+    m.bucket_of.resize(contacts);
+    m.count.assign(kBuckets + 1, 0);
+    for (std::size_t c = 0; c < contacts; ++c) {
+        const std::uint32_t a = group(places[2 * c].strand),
+                            b = laws[c].sides > 1 ? group(places[2 * c + 1].strand) : a;
+        const std::uint32_t phase = a == b ? 0 : round_of(a, b);
+        m.bucket_of[c] = (phase * kGroups + std::min(a, b)) * kGroups + std::max(a, b);
+        ++m.count[m.bucket_of[c] + 1];
+    }
+    for (std::uint32_t i = 0; i < kBuckets; ++i) m.count[i + 1] += m.count[i];
+    m.order.resize(contacts);
+    for (std::size_t c = 0; c < contacts; ++c)
+        m.order[m.count[m.bucket_of[c]]++] = static_cast<std::uint32_t>(c);
+    m.batches.clear();
+    m.buckets.clear();
+    m.batch_of.resize(contacts);
+    m.last_batch.assign(strand_count, 0);  // 1 + last batch that holds the strand
+    for (std::size_t i = 0; i < contacts;) {
+        const std::uint32_t bucket = m.bucket_of[m.order[i]];
+        const std::uint32_t first = static_cast<std::uint32_t>(m.batches.size());
+        std::uint32_t open = first;  // batches before it are full
+        for (; i < contacts && m.bucket_of[m.order[i]] == bucket; ++i) {
+            const std::uint32_t c = m.order[i];
+            std::uint32_t at = open;
+            for (std::uint32_t side = 0; side < laws[c].sides; ++side)
+                at = std::max(at, m.last_batch[places[2 * c + side].strand]);
+            while (at < m.batches.size() && m.batches[at].side[0][kContactBatch - 1] != kNoSide)
+                ++at;
+            if (at == m.batches.size()) {
+                m.batches.emplace_back();
+                ContactBatch& batch = m.batches.back();
+                for (std::uint32_t l = 0; l < kContactBatch; ++l) {
+                    for (int k = 0; k < 6; ++k) batch.w[k][l] = k == 0 || k == 3 || k == 5 ? 1 : 0;
+                    for (int k = 0; k < 3; ++k)
+                        batch.constant[k][l] = k == 0 ? 1 : 0, batch.impulse[k][l] = 0;
+                    batch.friction[l] = 0;
+                    batch.side[0][l] = batch.side[1][l] = kNoSide;
+                }
+            }
+            ContactBatch& batch = m.batches[at];
+            std::uint32_t lane = 0;
+            while (batch.side[0][lane] != kNoSide) ++lane;
+            m.batch_of[c] = at * kContactBatch + lane;
+            while (open < m.batches.size() && m.batches[open].side[0][kContactBatch - 1] != kNoSide)
+                ++open;
+            for (std::uint32_t side = 0; side < laws[c].sides; ++side) {
+                batch.side[side][lane] = 2 * c + side;
+                m.last_batch[places[2 * c + side].strand] = at + 1;
+            }
+            // Its own block: both sides, and between them where they are on one strand.
+            double w[3][3] = {};
+            for (std::uint32_t a = 0; a < laws[c].sides; ++a)
+                for (std::uint32_t b = 0; b < laws[c].sides; ++b) {
+                    if (places[2 * c + a].strand != places[2 * c + b].strand) continue;
+                    const SweepSide &read = m.sides[2 * c + a], &from = m.sides[2 * c + b];
+                    for (int col = 0; col < 3; ++col) {
+                        const double* column = m.columns.data() + from.column +
+                                               static_cast<std::size_t>(col) * from.rows +
+                                               read.read;
+                        for (int row = 0; row < 3; ++row) {
+                            if (read.dense == 0) {
+                                w[row][col] += column[row];
+                            } else {
+                                for (int k = 0; k < 7; ++k)
+                                    w[row][col] += laws[c].rows[a].weight[row][k] * column[k];
+                            }
+                        }
+                    }
+                }
+            if (w[0][0] > 0) {
+                const double own[6] = {
+                    w[0][0], 0.5 * (w[0][1] + w[1][0]), 0.5 * (w[0][2] + w[2][0]),
+                    w[1][1], 0.5 * (w[1][2] + w[2][1]), w[2][2]};
+                for (int k = 0; k < 6; ++k) batch.w[k][lane] = own[k];
+            }
+        }
+        m.buckets.push_back(
+            {bucket / (kGroups * kGroups), first, static_cast<std::uint32_t>(m.batches.size())});
+    }
+    m.bucket_sum.resize(m.buckets.size());
+}
+
+GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span<const double> v,
+                                     std::span<const double> applied,
+                                     const GaussSeidelSettings& settings,
+                                     std::span<double> impulses) {
+    Memory& m = *memory_;
+    const std::size_t contacts = laws.size();
+    GaussSeidelReport report;
+    if (contacts == 0) return report;
+    const SweepKernels& kernels = sweep_kernels(settings.instruction_set);
+    const SweepView view{m.batches.data(),
+                         m.sides.data(),
+                         m.columns.data(),
+                         m.state.data(),
+                         m.rows.data(),
+                         1 / settings.velocity_scale,
+                         1 / settings.impulse_scale};
+
+    for (std::size_t c = 0; c < contacts; ++c) {
+        ContactBatch& batch = m.batches[m.batch_of[c] / kContactBatch];
+        const std::uint32_t lane = m.batch_of[c] % kContactBatch;
+        for (int k = 0; k < 3; ++k) {
+            batch.constant[k][lane] = laws[c].constant[k];
+            batch.impulse[k][lane] = impulses[3 * c + k];
+        }
+        batch.friction[lane] = std::min(laws[c].friction, kMostFriction);
+    }
+    // The strands' numbers at v, and what the impulses not yet in v will add.
+#pragma omp parallel for num_threads(settings.threads) schedule(static)
+    for (std::size_t i = 0; i < m.touched.size(); ++i) {
+        const Memory::StrandPart& part = m.strands[m.touched[i]];
+        double* state = m.state.data() + part.state;
+        std::fill(state, state + part.rows, 0.0);
+        for (std::uint32_t j = 0; j < part.side_count; ++j) {
+            const std::uint32_t k = m.side_order[part.first_side + j];
+            const SideRows& rows = laws[k / 2].rows[k % 2];
+            if (part.dense) {
+                for (int d = 0; d < 7; ++d)
+                    state[m.sides[k].read + d] =
+                        v[rows.first + static_cast<std::size_t>(d) * rows.stride];
+            } else {
+                add_velocity(rows, v, state + m.sides[k].read);
+            }
+        }
+        for (std::uint32_t j = 0; j < part.side_count; ++j) {
+            const std::uint32_t k = m.side_order[part.first_side + j];
+            for (int d = 0; d < 3; ++d) {
+                const double missing = impulses[3 * (k / 2) + d] - applied[3 * (k / 2) + d];
+                if (missing == 0) continue;
+                const double* column =
+                    m.columns.data() + m.sides[k].column + static_cast<std::size_t>(d) * part.rows;
+                for (std::uint32_t row = 0; row < part.rows; ++row)
+                    state[row] += missing * column[row];
+            }
+        }
+    }
+
+    const std::size_t buckets = m.buckets.size();
+    bool done = false;
+#pragma omp parallel num_threads(settings.threads)
+    while (!done) {
+        for (std::size_t first = 0; first < buckets;) {
+            std::size_t last = first;
+            while (last < buckets && m.buckets[last].phase == m.buckets[first].phase) ++last;
+#pragma omp for schedule(static, 1)
+            for (std::size_t b = first; b < last; ++b)
+                kernels.sweep(view, m.buckets[b].first_batch, m.buckets[b].last_batch);
+            first = last;
+        }
+#pragma omp single
+        ++report.sweeps;
+        if (report.sweeps % kResidualEvery == 0 || report.sweeps >= settings.most_sweeps) {
+#pragma omp for schedule(static, 1)
+            for (std::size_t b = 0; b < buckets; ++b)
+                m.bucket_sum[b] =
+                    kernels.residual(view, m.buckets[b].first_batch, m.buckets[b].last_batch);
+#pragma omp single
+            {
+                double sum = 0;
+                for (std::size_t b = 0; b < buckets; ++b) sum += m.bucket_sum[b];
+                report.residual = sum / static_cast<double>(contacts);
+                done = report.sweeps >= settings.most_sweeps ||
+                       (report.residual <= settings.residual &&
+                        report.sweeps >= settings.least_sweeps);
+            }
+        }
+    }
+
+    for (std::size_t c = 0; c < contacts; ++c) {
+        const ContactBatch& batch = m.batches[m.batch_of[c] / kContactBatch];
+        const std::uint32_t lane = m.batch_of[c] % kContactBatch;
+        double change = 0;
+        for (int k = 0; k < 3; ++k) {
+            const double step = batch.impulse[k][lane] - impulses[3 * c + k];
+            change += step * step;
+            impulses[3 * c + k] = batch.impulse[k][lane];
+        }
+        report.change += std::sqrt(change);
+    }
+    return report;
+}
+
+}  // namespace keratin

@@ -1,0 +1,66 @@
+// The reference contact solve (METHODS 2.9): Gauss-Seidel on the true Delassus operator
+// W = H (grad^2 g)^-1 H^T, each contact solved exactly under the Coulomb law.
+//
+// W couples the contacts of a strand only, so it is kept strand by strand: a dense block over the
+// strand's contact velocities or, where a strand has more contacts than numbers, the columns
+// (grad^2 g)^-1 H^T over its velocities. Contacts go in batches of eight that share no strand;
+// which batches may run beside each other is fixed by the strands, not by the threads, so the
+// result is the same for any number of threads.
+#pragma once
+
+#include "runtime/contact/contact_problem.h"
+#include "runtime/contact/impulse_pass.h"
+#include "runtime/lane/instruction_set.h"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace keratin {
+
+// A contact's side in the strand's own terms.
+struct SidePlace {
+    std::uint32_t strand, vertex;  // the edge from vertex to vertex + 1 of the strand
+};
+
+struct GaussSeidelSettings {
+    int threads = 1;
+    std::uint32_t most_sweeps = 200;
+    std::uint32_t least_sweeps = 1;
+    double residual = 1e-6;                           // mean |f_FB| to sweep down to
+    double velocity_scale = 1e-2, impulse_scale = 1;  // u* and u* times the mean vertex mass
+    InstructionSet instruction_set = InstructionSet::automatic;
+};
+
+struct GaussSeidelReport {
+    std::uint32_t sweeps = 0;
+    double residual = 0;  // mean |f_FB| after the last sweep, by W
+    double change = 0;    // sum of |r_new - r_old| over the contacts, N s
+};
+
+class GaussSeidel {
+  public:
+    GaussSeidel();
+    ~GaussSeidel();
+    GaussSeidel(GaussSeidel&&) noexcept;
+    GaussSeidel& operator=(GaussSeidel&&) noexcept;
+
+    // Computes W. laws: the contacts; places: [2 * contacts], of sides that exist.
+    void assemble(const RodLayout& layout, std::span<const ContactLaw> laws,
+                  std::span<const SidePlace> places, const RodInverse& inverse, int threads);
+
+    // Sweeps from impulses [3 * contacts] (contact frames), in place. v: velocities that contain
+    // the impulses `applied` [3 * contacts]. Laws as at assemble, their constants may differ.
+    GaussSeidelReport solve(std::span<const ContactLaw> laws, std::span<const double> v,
+                            std::span<const double> applied, const GaussSeidelSettings& settings,
+                            std::span<double> impulses);
+
+    // Bytes that W takes.
+    std::size_t bytes() const;
+
+  private:
+    struct Memory;
+    std::unique_ptr<Memory> memory_;
+};
+
+}  // namespace keratin

@@ -1,0 +1,112 @@
+// The kernels of gauss_seidel_sweep.h for a lane pack. Included by one file an instruction set.
+#pragma once
+
+#include "runtime/contact/coulomb.h"
+#include "runtime/contact/gauss_seidel_sweep.h"
+
+namespace keratin {
+namespace {
+
+inline void read_side(const SweepView& view, const SweepSide& side, double out[3]) {
+    const double* s = view.state + side.state + side.read;
+    if (side.dense == 0) {
+        for (int k = 0; k < 3; ++k) out[k] += s[k];
+        return;
+    }
+    const double* row = view.rows_of + side.row;
+    for (int k = 0; k < 3; ++k)
+        for (int i = 0; i < 7; ++i) out[k] += row[7 * k + i] * s[i];
+}
+
+template <class Pack>
+void push_side(const SweepView& view, const SweepSide& side, double d0, double d1, double d2) {
+    const double* c0 = view.columns + side.column;
+    const double* c1 = c0 + side.rows;
+    const double* c2 = c1 + side.rows;
+    double* s = view.state + side.state;
+    const Pack p0(d0), p1(d1), p2(d2);
+    for (std::uint32_t i = 0; i < side.rows; i += Pack::width)
+        mul_add(p0, Pack::load(c0 + i),
+                mul_add(p1, Pack::load(c1 + i), mul_add(p2, Pack::load(c2 + i), Pack::load(s + i))))
+            .store(s + i);
+}
+
+inline void read_velocities(const SweepView& view, const ContactBatch& batch,
+                            double u[3][kContactBatch]) {
+    for (std::uint32_t l = 0; l < kContactBatch; ++l) {
+        double v[3] = {batch.constant[0][l], batch.constant[1][l], batch.constant[2][l]};
+        for (int side = 0; side < 2; ++side)
+            if (batch.side[side][l] != kNoSide) read_side(view, view.sides[batch.side[side][l]], v);
+        for (int k = 0; k < 3; ++k) u[k][l] = v[k];
+    }
+}
+
+template <class Pack>
+double sweep(const SweepView& view, std::size_t begin, std::size_t end) {
+    double change = 0;
+    for (std::size_t b = begin; b < end; ++b) {
+        ContactBatch& batch = view.batches[b];
+        alignas(64) double u[3][kContactBatch], step[3][kContactBatch], moved[kContactBatch];
+        read_velocities(view, batch, u);
+        for (std::uint32_t l = 0; l < kContactBatch; l += Pack::width) {
+            const Delassus<Pack> w{Pack::load(batch.w[0] + l), Pack::load(batch.w[1] + l),
+                                   Pack::load(batch.w[2] + l), Pack::load(batch.w[3] + l),
+                                   Pack::load(batch.w[4] + l), Pack::load(batch.w[5] + l)};
+            const Local3<Pack> r{Pack::load(batch.impulse[0] + l), Pack::load(batch.impulse[1] + l),
+                                 Pack::load(batch.impulse[2] + l)};
+            // The velocity without this contact's own impulse.
+            const Local3<Pack> rest{
+                Pack::load(u[0] + l) - (w.nn * r.n + w.n1 * r.t1 + w.n2 * r.t2),
+                Pack::load(u[1] + l) - (w.n1 * r.n + w.t11 * r.t1 + w.t12 * r.t2),
+                Pack::load(u[2] + l) - (w.n2 * r.n + w.t12 * r.t1 + w.t22 * r.t2)};
+            const Local3<Pack> next = solve_one_contact(w, rest, Pack::load(batch.friction + l));
+            const Pack dn = next.n - r.n, d1 = next.t1 - r.t1, d2 = next.t2 - r.t2;
+            next.n.store(batch.impulse[0] + l);
+            next.t1.store(batch.impulse[1] + l);
+            next.t2.store(batch.impulse[2] + l);
+            dn.store(step[0] + l);
+            d1.store(step[1] + l);
+            d2.store(step[2] + l);
+            sqrt(dn * dn + d1 * d1 + d2 * d2).store(moved + l);
+        }
+        for (std::uint32_t l = 0; l < kContactBatch; ++l) {
+            if (moved[l] == 0) continue;
+            change += moved[l];
+            for (int side = 0; side < 2; ++side)
+                if (batch.side[side][l] != kNoSide)
+                    push_side<Pack>(view, view.sides[batch.side[side][l]], step[0][l], step[1][l],
+                                    step[2][l]);
+        }
+    }
+    return change;
+}
+
+template <class Pack>
+double residual(const SweepView& view, std::size_t begin, std::size_t end) {
+    double sum = 0;
+    for (std::size_t b = begin; b < end; ++b) {
+        const ContactBatch& batch = view.batches[b];
+        alignas(64) double u[3][kContactBatch], f[kContactBatch];
+        read_velocities(view, batch, u);
+        const Pack us(view.velocity_scale), rs(view.impulse_scale);
+        for (std::uint32_t l = 0; l < kContactBatch; l += Pack::width)
+            coulomb_residual(Local3<Pack>{rs * Pack::load(batch.impulse[0] + l),
+                                          rs * Pack::load(batch.impulse[1] + l),
+                                          rs * Pack::load(batch.impulse[2] + l)},
+                             Local3<Pack>{us * Pack::load(u[0] + l), us * Pack::load(u[1] + l),
+                                          us * Pack::load(u[2] + l)},
+                             Pack::load(batch.friction + l))
+                .store(f + l);
+        for (std::uint32_t l = 0; l < kContactBatch; ++l)
+            if (batch.side[0][l] != kNoSide) sum += f[l];
+    }
+    return sum;
+}
+
+template <class Pack>
+constexpr SweepKernels make_kernels() {
+    return {sweep<Pack>, residual<Pack>};
+}
+
+}  // namespace
+}  // namespace keratin

@@ -1,0 +1,322 @@
+#include "runtime/contact/strand_contact.h"
+
+#include "runtime/contact/coulomb.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <omp.h>
+
+namespace keratin {
+namespace {
+
+double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+}  // namespace
+
+struct StrandContact::Memory {
+    ContactSettings settings;
+    std::vector<ContactCollider> colliders;
+    int threads = 1;
+
+    // The strands as edges; rebuilt when the layout changes.
+    std::vector<std::uint32_t> layout_first;
+    std::vector<Vector3> x_t0, x_t1;
+    std::vector<std::uint32_t> vertex_number;  // where a vertex's numbers stand
+    std::vector<std::uint32_t> first_vertex, strand, vertex_in_strand;  // of edges
+    std::vector<double> radius;
+    std::vector<std::uint8_t> prescribed;
+
+    std::vector<MovingShape> shapes;
+    Detection detection;
+    bool searched = false;  // in this step
+    std::vector<Contact> contacts;
+    std::vector<Remembered> before;
+    double before_step = 0;  // s
+
+    std::vector<ContactLaw> laws;
+    std::vector<ContactFrame> frames;
+    std::vector<SidePlace> places;
+    std::vector<double> impulses, applied;  // [3 * contacts], contact frames
+    bool changed = true;                    // contacts since W was assembled
+    bool unapplied = false;  // remembered impulses that the velocity does not contain yet
+    std::uint64_t inverse_version = 0;
+    ImpulsePass impulse_pass;
+    GaussSeidel gauss_seidel;
+    ContactReport report;
+    ContactTotals totals;
+
+    ContactStrands view() const { return {x_t0, x_t1, first_vertex, strand, radius, prescribed}; }
+
+    void lay_out(const ContactProblem& problem) {
+        const RodLayout& layout = problem.layout;
+        layout_first.assign(layout.first.begin(), layout.first.end());
+        vertex_number.clear();
+        first_vertex.clear();
+        strand.clear();
+        vertex_in_strand.clear();
+        radius.clear();
+        for (std::size_t s = 0; s < layout.first.size(); ++s)
+            for (std::uint32_t i = 0; i < layout.vertex_count[s]; ++i) {
+                if (i + 1 < layout.vertex_count[s]) {
+                    first_vertex.push_back(static_cast<std::uint32_t>(vertex_number.size()));
+                    strand.push_back(static_cast<std::uint32_t>(s));
+                    vertex_in_strand.push_back(i);
+                    radius.push_back(problem.radius[s]);
+                }
+                vertex_number.push_back(static_cast<std::uint32_t>(layout.index(s, i, 0)));
+            }
+        x_t0.resize(vertex_number.size());
+        x_t1.resize(vertex_number.size());
+        prescribed.resize(vertex_number.size());
+    }
+
+    // Laws, rows and frame coordinates of the impulses, from the contacts.
+    void write_laws(const ContactProblem& problem) {
+        const std::size_t n = contacts.size();
+        laws.resize(n);
+        frames.resize(n);
+        places.resize(2 * n);
+        impulses.resize(3 * n);
+        applied.resize(3 * n);
+        const ContactStrands strands = view();
+#pragma omp parallel for num_threads(threads) schedule(static)
+        for (std::size_t c = 0; c < n; ++c) {
+            const Contact& contact = contacts[c];
+            const ContactFrame frame = contact_frame(contact.normal);
+            ContactLaw& law = laws[c];
+            frames[c] = frame;
+            law.sides = contact.against_collider ? 1 : 2;
+            law.friction = contact.friction;
+            for (int k = 0; k < 3; ++k) {
+                law.constant[k] = -dot(frame.axis[k], contact.obstacle_velocity);
+                impulses[3 * c + k] = dot(frame.axis[k], contact.impulse);
+                applied[3 * c + k] = dot(frame.axis[k], contact.applied);
+            }
+            law.constant[0] += contact.gap / problem.step;
+            for (std::uint32_t side = 0; side < law.sides; ++side) {
+                const std::uint32_t edge = contact.edge[side];
+                law.rows[side] = make_rows(strands, contact, static_cast<int>(side), frame,
+                                           vertex_number[first_vertex[edge]], problem.layout.lanes);
+                places[2 * c + side] = {strand[edge], vertex_in_strand[edge]};
+            }
+        }
+        changed = true;
+    }
+
+    void write_back() {
+        for (std::size_t c = 0; c < contacts.size() && 3 * c < impulses.size(); ++c) {
+            contacts[c].impulse = contacts[c].applied = Vector3(0);
+            for (int k = 0; k < 3; ++k) {
+                contacts[c].impulse += impulses[3 * c + k] * frames[c].axis[k];
+                contacts[c].applied += applied[3 * c + k] * frames[c].axis[k];
+            }
+        }
+    }
+};
+
+StrandContact::StrandContact(ContactSettings settings, std::vector<ContactCollider> colliders)
+    : memory_(std::make_unique<Memory>()) {
+    memory_->settings = settings;
+    memory_->colliders = std::move(colliders);
+    memory_->threads = settings.threads > 0 ? settings.threads : omp_get_max_threads();
+}
+StrandContact::~StrandContact() = default;
+
+void StrandContact::set_friction(double strands, double colliders) {
+    memory_->settings.friction = strands;
+    for (ContactCollider& c : memory_->colliders) c.friction = colliders;
+}
+
+std::span<const Contact> StrandContact::contacts() const { return memory_->contacts; }
+const ContactReport& StrandContact::report() const { return memory_->report; }
+const ContactTotals& StrandContact::totals() const { return memory_->totals; }
+void StrandContact::reset_totals() { memory_->totals = {}; }
+
+std::vector<StrandContact::Remembered> StrandContact::remembered() const {
+    std::vector<Remembered> out;
+    for (const Contact& c : memory_->contacts) out.push_back({c.key, c.impulse});
+    return out;
+}
+
+void StrandContact::remember(std::span<const Remembered> contacts) {
+    memory_->contacts.clear();
+    for (const Remembered& r : contacts) {
+        Contact c;
+        c.key = r.key;
+        c.impulse = r.impulse;
+        memory_->contacts.push_back(c);
+    }
+    memory_->impulses.clear();
+}
+
+void StrandContact::begin_step(const ContactProblem& problem) {
+    Memory& m = *memory_;
+    const double start = now();
+    if (!std::equal(m.layout_first.begin(), m.layout_first.end(), problem.layout.first.begin(),
+                    problem.layout.first.end()))
+        m.lay_out(problem);
+    const std::uint32_t lanes = problem.layout.lanes;
+#pragma omp parallel for num_threads(m.threads) schedule(static)
+    for (std::size_t i = 0; i < m.vertex_number.size(); ++i) {
+        const std::size_t at = m.vertex_number[i];
+        m.x_t0[i] = {problem.x_t0[at], problem.x_t0[at + lanes], problem.x_t0[at + 2 * lanes]};
+        m.prescribed[i] = problem.inverse_mass[at] == 0;
+    }
+    const Vector3 origin{problem.origin[0], problem.origin[1], problem.origin[2]};
+    m.shapes.clear();
+    for (const ContactCollider& c : m.colliders) {
+        MovingShape shape{c.shape, {}, {}, c.friction, c.contact_distance};
+        if (c.pose) {
+            shape.pose_t0 = c.pose(problem.time);
+            shape.pose_t1 = c.pose(problem.time + problem.step);
+        }
+        shape.pose_t0.origin -= origin;
+        shape.pose_t1.origin -= origin;
+        m.shapes.push_back(shape);
+    }
+    m.before.clear();
+    if (m.settings.warm_start)
+        for (const Contact& c : m.contacts)
+            if (squared_length(c.impulse) > 0) m.before.push_back({c.key, c.impulse});
+    m.contacts.clear();
+    m.impulses.clear();
+    m.applied.clear();
+    m.laws.clear();
+    m.changed = true;
+    m.searched = false;
+    m.unapplied = false;
+    m.report = {};
+    if (m.before_step > 0)
+        for (Remembered& r : m.before) r.impulse *= problem.step / m.before_step;
+    m.totals.bookkeeping_seconds += now() - start;
+}
+
+std::size_t StrandContact::detect(const ContactProblem& problem, std::span<const double> v) {
+    Memory& m = *memory_;
+    double start = now();
+    const std::uint32_t lanes = problem.layout.lanes;
+#pragma omp parallel for num_threads(m.threads) schedule(static)
+    for (std::size_t i = 0; i < m.vertex_number.size(); ++i) {
+        const std::size_t at = m.vertex_number[i];
+        m.x_t1[i] = m.x_t0[i] + Vector3(v[at], v[at + lanes], v[at + 2 * lanes]) * problem.step;
+    }
+    DetectionSettings settings;
+    settings.step = problem.step;
+    settings.friction = m.settings.friction;
+    settings.contact_distance = m.settings.contact_distance;
+    settings.between_strands = m.settings.between_strands;
+    settings.threads = m.threads;
+    const ContactStrands strands = m.view();
+    m.write_back();
+    const std::span<const FoundContact> found =
+        m.detection.find(strands, m.shapes, settings, m.searched);
+    m.searched = true;
+    ++m.report.detections;
+    m.totals.detection_seconds += now() - start;
+
+    start = now();
+    const std::size_t refreshed = refresh_contacts(strands, m.shapes, settings, m.contacts);
+    const std::size_t added = merge_contacts(found, m.contacts);
+    if (added > 0 && !m.before.empty()) {
+        std::size_t i = 0;
+        for (Contact& c : m.contacts) {
+            while (i < m.before.size() && m.before[i].key < c.key) ++i;
+            if (i == m.before.size()) break;
+            if (m.before[i].key != c.key) continue;
+            // What it had, once, as far as its normal of now allows it.
+            const Vector3 r = m.before[i].impulse;
+            m.before[i].impulse = Vector3(0);
+            const double n = dot(r, c.normal);
+            if (squared_length(r) == 0 || n <= 0) continue;
+            Vector3 t = r - n * c.normal;
+            const double most = std::min(c.friction, kMostFriction) * n, size = length(t);
+            if (size > most) t *= most / size;
+            c.impulse = n * c.normal + t;
+            m.unapplied = true;
+        }
+    }
+    if (added + refreshed > 0) m.write_laws(problem);
+    m.totals.bookkeeping_seconds += now() - start;
+    return added + refreshed;
+}
+
+ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const double> v,
+                                const RodInverse& inverse, std::span<double> impulse) {
+    Memory& m = *memory_;
+    double start = now();
+    const std::size_t n = m.contacts.size();
+    double change = 0;
+    ++m.report.passes;
+    if (n > 0 && m.settings.method == ContactMethod::impulse) {
+        if (m.unapplied) {
+            // The local answer needs a velocity that contains what is there already.
+            for (std::size_t i = 0; i < m.impulses.size(); ++i)
+                change += std::fabs(m.impulses[i] - m.applied[i]);
+        } else {
+            change = m.impulse_pass.run(m.laws, v, problem.inverse_mass, m.settings.local_inertia,
+                                        m.threads, m.impulses);
+        }
+    } else if (n > 0) {
+        if (m.changed || inverse.version() != m.inverse_version) {
+            m.gauss_seidel.assemble(problem.layout, m.laws, m.places, inverse, m.threads);
+            m.inverse_version = inverse.version();
+            m.changed = false;
+        }
+        GaussSeidelSettings settings;
+        settings.threads = m.threads;
+        settings.most_sweeps = m.settings.most_sweeps;
+        settings.residual = m.settings.sweep_residual;
+        settings.velocity_scale = problem.gravity_speed;
+        settings.impulse_scale = problem.gravity_speed * problem.mean_vertex_mass;
+        settings.instruction_set = m.settings.instruction_set;
+        const GaussSeidelReport report =
+            m.gauss_seidel.solve(m.laws, v, m.applied, settings, m.impulses);
+        m.report.sweeps += report.sweeps;
+        change = report.change;
+        if (m.unapplied) change = std::max(change, 1e-300);
+    }
+    m.unapplied = false;
+    m.applied = m.impulses;
+    m.totals.solve_seconds += now() - start;
+
+    start = now();
+    std::fill(impulse.begin(), impulse.end(), 0.0);
+    for (std::size_t c = 0; c < n; ++c)
+        for (std::uint32_t side = 0; side < m.laws[c].sides; ++side)
+            add_impulse(m.laws[c].rows[side], &m.impulses[3 * c], impulse);
+    m.totals.bookkeeping_seconds += now() - start;
+    return {n > 0 ? change / static_cast<double>(n) : 0, n};
+}
+
+void StrandContact::end_step(const ContactProblem& problem, std::span<const double> v) {
+    Memory& m = *memory_;
+    const std::size_t n = m.contacts.size();
+    m.write_back();
+    m.before_step = problem.step;
+    m.report.contacts = n;
+    double sum = 0;
+    const double us = 1 / problem.gravity_speed, rs = us / problem.mean_vertex_mass;
+    for (std::size_t c = 0; c < n; ++c) {
+        double u[3];
+        relative_velocity(m.laws[c], v, u);
+        const double* r = &m.impulses[3 * c];
+        m.report.active += r[0] > 0;
+        sum += coulomb_residual(Local3<Double1>{r[0] * rs, r[1] * rs, r[2] * rs},
+                                Local3<Double1>{u[0] * us, u[1] * us, u[2] * us},
+                                Double1(std::min(m.laws[c].friction, kMostFriction)))
+                   .v;
+    }
+    m.report.coulomb_residual = n > 0 ? sum / static_cast<double>(n) : 0;
+    ++m.totals.steps;
+    m.totals.contacts += n;
+    m.totals.sweeps += m.report.sweeps;
+    m.totals.most_contacts = std::max(m.totals.most_contacts, n);
+    m.totals.residual_sum += m.report.coulomb_residual;
+    m.totals.residual_most = std::max(m.totals.residual_most, m.report.coulomb_residual);
+}
+
+}  // namespace keratin

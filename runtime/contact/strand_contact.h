@@ -1,0 +1,88 @@
+// The contact side of a rod step (contact_problem.h): finds the contacts of the strands with each
+// other and with colliders, and answers with impulses, locally (METHODS 2.7) or by the Gauss-Seidel
+// reference solve (METHODS 2.9).
+#pragma once
+
+#include "runtime/contact/contact_problem.h"
+#include "runtime/contact/detection.h"
+#include "runtime/contact/gauss_seidel.h"
+#include "runtime/contact/impulse_pass.h"
+
+#include <functional>
+#include <vector>
+
+namespace keratin {
+
+enum class ContactMethod { impulse, gauss_seidel };
+
+struct ContactSettings {
+    ContactMethod method = ContactMethod::gauss_seidel;
+    LocalInertia local_inertia = LocalInertia::lumped;  // impulse only
+    double friction = 0.3;                              // strand on strand, >= 0; infinite allowed
+    double contact_distance = 0;                        // m, strand on strand; 0: r1 + r2
+    bool between_strands = true;
+    // Contacts that were there in the step before begin with the impulse they had. **Beyond**
+    // METHODS 2.4, which begins with 0: the solution is the same, reached in fewer iterations.
+    bool warm_start = true;
+    std::uint32_t most_sweeps = 200;  // gauss_seidel: sweeps of one pass
+    double sweep_residual = 2e-7;     // gauss_seidel: mean |f_FB| that ends a pass
+    int threads = 0;                  // 0: as many as OpenMP would take
+    InstructionSet instruction_set = InstructionSet::automatic;
+};
+
+// A collider and its way through time.
+struct ContactCollider {
+    RigidShape shape;
+    double friction = 0.3;
+    double contact_distance = 0;                 // m from the surface; 0: the strand's radius
+    std::function<RigidPose(double time)> pose;  // world; empty: at rest where the shape says
+};
+
+// What the last step had, and what all steps since reset_totals took.
+struct ContactReport {
+    std::size_t contacts = 0;     // listed at the end of the step
+    std::size_t active = 0;       // with r_N > 0
+    double coulomb_residual = 0;  // mean |f_FB| over the list, with the final velocity
+    std::uint32_t detections = 0, passes = 0, sweeps = 0;
+};
+struct ContactTotals {
+    double detection_seconds = 0, bookkeeping_seconds = 0, solve_seconds = 0;  // wall time
+    std::uint64_t steps = 0, contacts = 0, sweeps = 0;
+    std::size_t most_contacts = 0;
+    double residual_sum = 0, residual_most = 0;  // of the steps' mean |f_FB|
+};
+
+class StrandContact final : public ContactSolver {
+  public:
+    StrandContact(ContactSettings settings, std::vector<ContactCollider> colliders);
+    ~StrandContact() override;
+
+    void begin_step(const ContactProblem& problem) override;
+    std::size_t detect(const ContactProblem& problem, std::span<const double> v) override;
+    ContactPass pass(const ContactProblem& problem, std::span<const double> v,
+                     const RodInverse& inverse, std::span<double> impulse) override;
+    void end_step(const ContactProblem& problem, std::span<const double> v) override;
+
+    // Friction may change from step to step.
+    void set_friction(double strands, double colliders);
+
+    std::span<const Contact> contacts() const;  // of the last step
+    const ContactReport& report() const;
+    const ContactTotals& totals() const;
+    void reset_totals();
+
+    // What the next step begins with, to go on later bit for bit: contacts and impulses of the last
+    // step.
+    struct Remembered {
+        ContactKey key;
+        Vector3 impulse;
+    };
+    std::vector<Remembered> remembered() const;
+    void remember(std::span<const Remembered> contacts);
+
+  private:
+    struct Memory;
+    std::unique_ptr<Memory> memory_;
+};
+
+}  // namespace keratin
