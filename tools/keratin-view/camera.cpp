@@ -83,49 +83,68 @@ Result<Float3> parse_point(const std::string& text) {
     return Float3{n[0], n[1], n[2]};
 }
 
-Camera frame_camera(std::span<const float> points, const ViewAngles& angles, int width, int height,
-                    float fov_deg, float margin) {
+Framing::Framing(const ViewAngles& angles, int width, int height, float fov_deg, float margin)
+    : distance_(angles.distance) {
     const float yaw = radians(angles.yaw_deg), pitch = radians(angles.pitch_deg);
-    const Float3 back{std::sin(yaw) * std::cos(pitch), std::sin(pitch),
-                      std::cos(yaw) * std::cos(pitch)};
-    Camera camera;
-    camera.fov_deg = fov_deg;
-    camera.target = -back;
-    camera.position = {0, 0, 0};
-    const CameraAxes axes = camera_axes(camera);
-
-    constexpr float h = 0.5f;  // corners of the metre around the origin
-    const float cube[] = {-h, -h, -h, h, -h, -h, -h, h, -h, h, h, -h,
-                          -h, -h, h,  h, -h, h,  -h, h, h,  h, h, h};
-    if (points.size() < 3) points = cube;
-
-    // In axes (right, up, back) with the eye at (ex, ey, ez), a point is inside when
-    // |px - ex| <= tx (ez - pz), likewise in y. Each of the four edges bounds one combination of
-    // the eye's coordinates from below; the nearest eye that satisfies all of them is wanted.
-    const float ty = std::tan(radians(fov_deg) / 2) * (1 - 2 * margin);
-    const float tx = ty * float(width) / float(height);
+    back_ = {std::sin(yaw) * std::cos(pitch), std::sin(pitch), std::cos(yaw) * std::cos(pitch)};
+    turned_.fov_deg = fov_deg;
+    turned_.position = {0, 0, 0};
+    turned_.target = -back_;
+    const CameraAxes axes = camera_axes(turned_);
+    right_ = axes.right;
+    up_ = axes.up;
+    slope_y_ = std::tan(radians(fov_deg) / 2) * (1 - 2 * margin);
+    slope_x_ = slope_y_ * float(width) / float(height);
     constexpr float lowest = std::numeric_limits<float>::lowest();
-    float left = lowest, right = lowest, bottom = lowest, top = lowest;
-    float nearest = lowest, farthest = -lowest;
+    right_edge_ = left_edge_ = top_edge_ = bottom_edge_ = nearest_ = lowest;
+    farthest_ = -lowest;
+}
+
+void Framing::include(std::span<const float> points) {
     for (std::size_t i = 0; i + 2 < points.size(); i += 3) {
         const Float3 p{points[i], points[i + 1], points[i + 2]};
-        const float x = dot(p, axes.right), y = dot(p, axes.up), z = dot(p, back);
-        right = std::max(right, x + tx * z);
-        left = std::max(left, -x + tx * z);
-        top = std::max(top, y + ty * z);
-        bottom = std::max(bottom, -y + ty * z);
-        nearest = std::max(nearest, z);
-        farthest = std::min(farthest, z);
+        const float x = dot(p, right_), y = dot(p, up_), z = dot(p, back_);
+        if (!std::isfinite(x + y + z)) continue;
+        right_edge_ = std::max(right_edge_, x + slope_x_ * z);
+        left_edge_ = std::max(left_edge_, -x + slope_x_ * z);
+        top_edge_ = std::max(top_edge_, y + slope_y_ * z);
+        bottom_edge_ = std::max(bottom_edge_, -y + slope_y_ * z);
+        nearest_ = std::max(nearest_, z);
+        farthest_ = std::min(farthest_, z);
     }
-    const float ex = (right - left) / 2, ey = (top - bottom) / 2;
-    float ez = std::max((right + left) / (2 * tx), (top + bottom) / (2 * ty));
-    const float middle = (nearest + farthest) / 2;
+}
+
+Camera Framing::camera() const {
+    if (nearest_ < farthest_) {
+        constexpr float h = 0.5f;
+        const float cube[] = {-h, -h, -h, h, -h, -h, -h, h, -h, h, h, -h,
+                              -h, -h, h,  h, -h, h,  -h, h, h,  h, h, h};
+        Framing metre = *this;
+        metre.include(cube);
+        return metre.camera();
+    }
+    // With the eye at (ex, ey, ez) a point is inside when |px - ex| <= slope (ez - pz), likewise in
+    // y. Each of the four edges bounds one combination of the eye's coordinates from below; the
+    // nearest eye that satisfies all of them is wanted.
+    const float ex = (right_edge_ - left_edge_) / 2, ey = (top_edge_ - bottom_edge_) / 2;
+    float ez = std::max((right_edge_ + left_edge_) / (2 * slope_x_),
+                        (top_edge_ + bottom_edge_) / (2 * slope_y_));
+    const float middle = (nearest_ + farthest_) / 2;
     // A single point, or a line along the view, would put the eye into it.
-    ez = std::max(ez, nearest + 1e-3f);
-    if (angles.distance) ez = middle + *angles.distance;
-    camera.position = axes.right * ex + axes.up * ey + back * ez;
-    camera.target = axes.right * ex + axes.up * ey + back * middle;
+    constexpr float closest = 1e-3f;  // m
+    ez = std::max(ez, nearest_ + closest);
+    if (distance_) ez = middle + *distance_;
+    Camera camera = turned_;
+    camera.position = right_ * ex + up_ * ey + back_ * ez;
+    camera.target = right_ * ex + up_ * ey + back_ * middle;
     return camera;
+}
+
+Camera frame_camera(std::span<const float> points, const ViewAngles& angles, int width, int height,
+                    float fov_deg, float margin) {
+    Framing framing(angles, width, height, fov_deg, margin);
+    framing.include(points);
+    return framing.camera();
 }
 
 }  // namespace keratin::view

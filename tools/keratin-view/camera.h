@@ -46,9 +46,28 @@ Result<ViewAngles> parse_view_angles(const std::string& text);
 // "x,y,z". Errors (usage).
 Result<Float3> parse_point(const std::string& text);
 
-// The camera that sees all `points` (component c of point i at 3 i + c, m) as large as they fit
-// into a picture of width x height, seen from the given angles; `margin` is the share of the
-// picture that stays free at each edge. Without points: a metre around the origin.
+// Finds the camera that sees all points given to include() as large as they fit into a picture of
+// width x height, from the given angles; `margin` is the share of the picture that stays free at
+// each edge. Points may come in pieces: frames of a run share one camera.
+class Framing {
+  public:
+    Framing(const ViewAngles& angles, int width, int height, float fov_deg = 30,
+            float margin = 0.06f);
+    // Component c of point i at 3 i + c, m; points that are not finite are left out.
+    void include(std::span<const float> points);
+    // Without any point: a metre around the origin.
+    Camera camera() const;
+
+  private:
+    Camera turned_;  // at the origin, looking along the view
+    Float3 right_, up_, back_;
+    std::optional<float> distance_;
+    float slope_x_, slope_y_;  // of the picture's edges
+    // Largest x + slope z and so on over the points, in the axes right, up, back.
+    float right_edge_, left_edge_, top_edge_, bottom_edge_, nearest_, farthest_;
+};
+
+// The same for points at once.
 Camera frame_camera(std::span<const float> points, const ViewAngles& angles, int width, int height,
                     float fov_deg = 30, float margin = 0.06f);
 

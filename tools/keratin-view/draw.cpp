@@ -75,6 +75,23 @@ std::vector<float> point_radii(const SubjectStrands& strands) {
     return radius;
 }
 
+// Diagonal of the box around the hair, or around the bodies where there is none; 1 m for nothing.
+float size_of(const Subject& subject) {
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    Float3 low{infinity, infinity, infinity}, high = -low;
+    const auto include = [&](const std::vector<float>& position) {
+        for (std::size_t i = 0; i < position.size() / 3; ++i) {
+            const Float3 p = load(position, i);
+            low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+            high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+        }
+    };
+    include(subject.hair.position);
+    if (low.x > high.x)
+        for (const BodyMesh& body : subject.bodies) include(body.position);
+    return low.x > high.x ? 1 : length(high - low);
+}
+
 // What the colours mean, in the lower left corner.
 void draw_legend(const Subject& subject, const DrawOptions& options, Image& image) {
     const int scale = image.width >= 600 ? 2 : 1, line = 12 * scale;
@@ -153,9 +170,7 @@ Result<Drawn> draw(const Subject& subject, const Camera& camera, const DrawOptio
         for (const BodyMesh& body : subject.bodies)
             surfaces.push_back({body.position, body.triangle, kSkin});
     if (options.show_colliders) {
-        const std::vector<float> box = extent(subject, options, true);
-        float reach = 1;
-        if (box.size() >= 24) reach = 2 * length(load(box, 7) - load(box, 0));
+        const float reach = 2 * size_of(subject);
         for (const CacheCollider& collider : subject.colliders) {
             const BodyMesh& mesh = collider_meshes.emplace_back(collider_mesh(collider, reach));
             const bool round =
@@ -176,32 +191,21 @@ Result<Drawn> draw(const Subject& subject, const Camera& camera, const DrawOptio
     return drawn;
 }
 
-std::vector<float> extent(const Subject& subject, const DrawOptions& options, bool everything) {
-    std::vector<float> corners;
+void include_shown(const Subject& subject, const DrawOptions& options, bool everything,
+                   Framing& framing) {
+    bool any = false;
     const auto include = [&](const std::vector<float>& position) {
-        constexpr float infinity = std::numeric_limits<float>::infinity();
-        Float3 low{infinity, infinity, infinity}, high = -low;
-        for (std::size_t i = 0; i < position.size() / 3; ++i) {
-            const Float3 p = load(position, i);
-            if (!std::isfinite(p.x + p.y + p.z)) continue;
-            low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-            high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-        }
-        if (low.x > high.x) return;
-        for (int k = 0; k < 8; ++k)
-            for (const float v :
-                 {k & 1 ? high.x : low.x, k & 2 ? high.y : low.y, k & 4 ? high.z : low.z})
-                corners.push_back(v);
+        framing.include(position);
+        any = any || !position.empty();
     };
     if (options.show_hair) include(subject.hair.position);
     if (options.show_guides) include(subject.guides.position);
-    if (!everything && !corners.empty()) return corners;
+    if (!everything && any) return;
     if (options.show_mesh)
         for (const BodyMesh& body : subject.bodies) include(body.position);
     if (options.show_colliders)
         for (const CacheCollider& collider : subject.colliders)
             if (collider.shape != CacheShape::plane) include(collider_mesh(collider, 0).position);
-    return corners;
 }
 
 float usual_largest(const Subject& subject, HairColoring coloring) {

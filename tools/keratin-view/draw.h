@@ -43,9 +43,11 @@ struct Drawn {
 // Errors: those of render; input when the subject lacks what the colours need, with what to do.
 Result<Drawn> draw(const Subject& subject, const Camera& camera, const DrawOptions& options);
 
-// What an automatic camera shall see of a subject: hair and guides if shown and any, otherwise the
-// mesh; with `everything` all that is shown. Corners of boxes around it, [n * 3] m.
-std::vector<float> extent(const Subject& subject, const DrawOptions& options, bool everything);
+// Shows an automatic camera what it shall see of a subject: hair and guides if shown and any,
+// otherwise the mesh and colliders; with `everything` all that is shown (planes, being endless,
+// never).
+void include_shown(const Subject& subject, const DrawOptions& options, bool everything,
+                   Framing& framing);
 
 // The value that 98 % of the points stay under, of what `coloring` shows; 0 when there is none.
 float usual_largest(const Subject& subject, HairColoring coloring);

@@ -148,28 +148,20 @@ Result<std::vector<std::size_t>> chosen_frames(const Command& command, const Sou
     return places;
 }
 
-Result<Camera> choose_camera(const Command& command, const std::vector<float>& seen,
-                             const RenderSettings& settings) {
-    if (!command.look_from.empty()) {
-        Camera camera;
-        camera.fov_deg = command.fov;
-        const auto from = parse_point(command.look_from);
-        if (!from) return usage("--look-from", from.error().message);
-        camera.position = *from;
-        const auto at =
-            command.look_at.empty() ? Result<Float3>(Float3{}) : parse_point(command.look_at);
-        if (!at) return usage("--look-at", at.error().message);
-        camera.target = *at;
-        if (*from == *at) return usage("--look-at", "is the same point as --look-from");
-        return camera;
-    }
-    ViewAngles angles;
-    if (!command.camera.empty()) {
-        const auto parsed = parse_view_angles(command.camera);
-        if (!parsed) return parsed.error();
-        angles = *parsed;
-    }
-    return frame_camera(seen, angles, settings.width, settings.height, command.fov);
+// The camera of the command line, or nothing where it is to be framed.
+Result<std::optional<Camera>> given_camera(const Command& command) {
+    if (command.look_from.empty()) return std::optional<Camera>();
+    Camera camera;
+    camera.fov_deg = command.fov;
+    const auto from = parse_point(command.look_from);
+    if (!from) return usage("--look-from", from.error().message);
+    camera.position = *from;
+    const auto at =
+        command.look_at.empty() ? Result<Float3>(Float3{}) : parse_point(command.look_at);
+    if (!at) return usage("--look-at", at.error().message);
+    camera.target = *at;
+    if (*from == *at) return usage("--look-at", "is the same point as --look-from");
+    return std::optional<Camera>(camera);
 }
 
 class Progress {
@@ -208,20 +200,27 @@ Result<void> view(const Command& command) {
     const auto places = chosen_frames(command, source);
     if (!places) return places.error();
 
+    const auto given = given_camera(command);
+    if (!given) return given.error();
+    ViewAngles angles;
+    if (!command.camera.empty()) {
+        const auto parsed = parse_view_angles(command.camera);
+        if (!parsed) return parsed.error();
+        angles = *parsed;
+    }
+
     // One camera and one scale of colours for all frames.
-    std::vector<float> seen;
+    Framing framing(angles, options.render.width, options.render.height, command.fov);
     double full = command.color_full;
     for (const std::size_t place : *places) {
         const auto subject = subject_at(source, place);
         if (!subject) return subject.error();
-        const std::vector<float> box = extent(*subject, options, command.fit == "all");
-        seen.insert(seen.end(), box.begin(), box.end());
+        include_shown(*subject, options, command.fit == "all", framing);
         if (command.color_full == 0)
             full = std::max(full, double(usual_largest(*subject, options.coloring)));
     }
     options.color_full = full > 0 ? float(full) : 1;
-    const auto camera = choose_camera(command, seen, options.render);
-    if (!camera) return camera.error();
+    const Camera camera = *given ? **given : framing.camera();
 
     std::optional<Film> film;
     if (!command.film.empty()) {
@@ -246,7 +245,7 @@ Result<void> view(const Command& command) {
                           subject->time);
             options.caption = caption;
         }
-        auto drawn = draw(*subject, *camera, options);
+        auto drawn = draw(*subject, camera, options);
         if (!drawn) return drawn.error();
         if (film)
             if (const auto ok = film->add(drawn->image); !ok) return ok.error();
@@ -273,9 +272,9 @@ Result<void> view(const Command& command) {
         document["width"] = options.render.width;
         document["height"] = options.render.height;
         document["samples"] = options.render.samples;
-        document["camera"] = {{"position", array_of(camera->position)},
-                              {"target", array_of(camera->target)},
-                              {"fov_deg", camera->fov_deg}};
+        document["camera"] = {{"position", array_of(camera.position)},
+                              {"target", array_of(camera.target)},
+                              {"fov_deg", camera.fov_deg}};
         document["frames"] = frames;
         document["strands"] = last.strands;
         document["points"] = last.points;

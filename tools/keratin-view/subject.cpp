@@ -102,24 +102,6 @@ Result<AssetView> open_asset_of(const CacheAsset& wanted, const std::string& cac
     return AssetView::open(path, Verify::structure);
 }
 
-Subject subject_at_rest(const Source& source) {
-    Subject subject;
-    for (const AssetView& asset : source.assets) {
-        const AssetFields& f = asset.fields();
-        describe_hair(asset, asset.info().strand_count, subject.hair);
-        subject.hair.position.insert(subject.hair.position.end(), f.strand_position.begin(),
-                                     f.strand_position.end());
-        rest_guides(asset, subject.guides);
-        rest_density(asset, subject.hair);
-        if (!f.mesh_triangle.empty() && !source.body) subject.bodies.push_back(stored_body(asset));
-        for (const AssetCollider& c : asset.info().colliders)
-            subject.colliders.push_back({CacheShape::capsule, c.a, c.b, c.radius, {0, 0, 0, 1}});
-    }
-    subject.density_unit = "kg/m^3";
-    if (source.body) subject.bodies.push_back(*source.body);
-    return subject;
-}
-
 }  // namespace
 
 Result<Source> open_source(const std::string& file, const std::string& cache) {
@@ -161,12 +143,30 @@ Result<Source> open_source(const std::string& file, const std::string& cache) {
     return source;
 }
 
+Subject rest_subject(const AssetView& asset) {
+    const AssetFields& f = asset.fields();
+    Subject subject;
+    describe_hair(asset, asset.info().strand_count, subject.hair);
+    subject.hair.position.assign(f.strand_position.begin(), f.strand_position.end());
+    rest_guides(asset, subject.guides);
+    rest_density(asset, subject.hair);
+    if (!f.mesh_triangle.empty()) subject.bodies.push_back(stored_body(asset));
+    for (const AssetCollider& c : asset.info().colliders)
+        subject.colliders.push_back({CacheShape::capsule, c.a, c.b, c.radius, {0, 0, 0, 1}});
+    subject.density_unit = "kg/m^3";
+    return subject;
+}
+
 std::size_t frame_count(const Source& source) {
     return source.cache ? source.cache->frame_count() : 1;
 }
 
 Result<Subject> subject_at(const Source& source, std::size_t i) {
-    if (!source.cache) return subject_at_rest(source);
+    if (!source.cache) {
+        Subject subject = rest_subject(source.assets[0]);
+        if (source.body) subject.bodies = {*source.body};
+        return subject;
+    }
     const CacheHead& head = source.cache->head();
     auto frame = source.cache->frame(i);
     if (!frame) return frame.error();

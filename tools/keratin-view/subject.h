@@ -34,6 +34,9 @@ struct Subject {
     std::string density_unit;  // "kg/m^3" or "of the groom at rest"
 };
 
+// An asset in the pose it was baked in.
+Subject rest_subject(const AssetView& asset);
+
 // Open files. The subject of the asset alone is its rest pose.
 struct Source {
     std::string name;  // of what was asked for, for messages

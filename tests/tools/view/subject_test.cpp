@@ -132,15 +132,18 @@ TEST_CASE("the automatic camera is given the hair, or everything shown") {
     subject.hair.position = {0, 0, 0, 1, 2, 3};
     subject.bodies.push_back({{-5, 0, 0, 0, 0, 0, 0, 1, 0}, {0, 1, 2}});
     DrawOptions options;
-    const auto least_x = [](const std::vector<float>& corners) {
-        float least = 1e9f;
-        for (std::size_t i = 0; i < corners.size(); i += 3) least = std::min(least, corners[i]);
-        return least;
+    const auto sees = [&](bool everything, Float3 point) {
+        Framing framing({0, 0, {}}, 100, 100);
+        include_shown(subject, options, everything, framing);
+        const Projected p = project(framing.camera(), 100, 100, point);
+        return p.depth > 0 && p.x > 0 && p.x < 100 && p.y > 0 && p.y < 100;
     };
-    CHECK(least_x(extent(subject, options, false)) == 0);
-    CHECK(least_x(extent(subject, options, true)) == -5);
+    CHECK(sees(false, {1, 2, 3}));
+    CHECK_FALSE(sees(false, {-5, 0, 0}));
+    CHECK(sees(true, {1, 2, 3}));
+    CHECK(sees(true, {-5, 0, 0}));
     options.show_hair = false;
-    CHECK(least_x(extent(subject, options, false)) == -5);
+    CHECK(sees(false, {-5, 0, 0}));
 }
 
 TEST_CASE("collider meshes lie on their colliders") {
