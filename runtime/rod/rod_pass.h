@@ -24,6 +24,7 @@ inline constexpr std::size_t kRodFrame = 7;
 inline constexpr std::size_t kRodEdge = 2;
 // Numbers of a joint, as JointMaterial in rod_energy.h.
 inline constexpr std::size_t kRodJoint = 8;
+inline constexpr std::size_t kRodStrain = 6;
 inline constexpr std::uint32_t kRodMaxLanes = 8;
 
 struct RodBlock {
@@ -33,7 +34,9 @@ struct RodBlock {
     const double* edge_count = nullptr;   // [1]
     const double* spin_weight = nullptr;  // [1] m, length that an angle counts with in norms
     const double* x_t0 = nullptr;         // [4 V] m, rad
-    // The terms of g(v) that are diagonal in v, as 1/2 weight (v - target)^2.
+    const double* v_t0 = nullptr;         // [4 V] m/s, rad/s
+    // The terms of g(v) that are diagonal in v, as 1/2 weight (v - target)^2 less its value at v_t0
+    // (so that neither a long step nor a fast strand drowns the rest in rounding).
     const double* weight = nullptr;          // [4 V] kg, kg m^2
     const double* target = nullptr;          // [4 V] m/s, rad/s
     const double* edges = nullptr;           // [V][kRodEdge]
@@ -46,10 +49,14 @@ struct RodPasses {
     std::uint32_t lanes;
 
     // g(v) (METHODS 2.9) and its gradient at v_try = v + alpha d; frames_try are `frames` carried to
-    // v_try. energy, slope = gradient . d: [1].
+    // v_try. energy, scale (sum of the sizes of its terms: what rounding counts from), slope =
+    // gradient . d: [1].
     void (*evaluate)(const RodBlock& block, const double* v, const double* d, const double* alpha,
                      const double* frames, double* v_try, double* frames_try, double* gradient,
-                     double* energy, double* slope);
+                     double* energy, double* scale, double* slope);
+    // Strains at the start of the step, [V][6]: length of edge i; omega of joint i on both edges, its
+    // twist.
+    void (*measure)(const RodBlock& block, const double* frames, double* strains);
     // The lower band of the Hessian of g at v, where `frames` are based. Row r, column c at
     // band[(r * 11 + 10 - (r - c))]. exact [1]: 1 whole, 0 positive definite for sure.
     void (*assemble)(const RodBlock& block, const double* v, const double* frames,

@@ -41,7 +41,7 @@ struct Evaluation {
     const RodBlock& block;
     double* gradient;
     const double* d;
-    Real step, energy, slope;
+    Real step, energy, scale, slope;
 
     // The numbers of row i are complete: inertia and the like are added, the row is written.
     KERATIN_LANE_INLINE void finish(std::size_t i, const Row<Real>& v, const Row<Real>& elastic) {
@@ -52,8 +52,12 @@ struct Evaluation {
         for (std::size_t c = 0; c < 4; ++c) {
             const std::size_t at = (4 * i + c) * lanes;
             const Real off = value[c] - Real::load(block.target + at);
-            const Real pull = Real::load(block.weight + at) * off;
-            energy = mul_add(Real(0.5) * pull, off, energy);
+            const Real weight = Real::load(block.weight + at), pull = weight * off;
+            const Real start = Real::load(block.v_t0 + at), change = value[c] - start;
+            const Real lean = mul_add(Real(-0.5), change, off);  // (v + v_t0)/2 - target
+            const Real term = weight * change * lean;
+            energy = energy + term;
+            scale = scale + abs(term);
             Real g = mul_add(step, force[c], pull);
             const std::uint8_t free = block.free_lanes[4 * i + c];
             if (free != static_cast<std::uint8_t>((1u << lanes) - 1))
@@ -67,7 +71,7 @@ struct Evaluation {
 template <class Real>
 void evaluate(const RodBlock& block, const double* v, const double* d, const double* alpha_in,
               const double* frames, double* v_try, double* frames_try, double* gradient,
-              double* energy, double* slope) {
+              double* energy, double* scale, double* slope) {
     constexpr std::size_t lanes = Real::width;
     const Real step(block.step), alpha = Real::load(alpha_in), zero(0.0);
     const Real edge_count = Real::load(block.edge_count);
@@ -90,7 +94,7 @@ void evaluate(const RodBlock& block, const double* v, const double* d, const dou
         return x;
     };
 
-    Evaluation<Real> out{block, gradient, d, step, zero, zero};
+    Evaluation<Real> out{block, gradient, d, step, zero, zero, zero};
     const Vector3<Real> none{zero, zero, zero};
     Row<Real> v_here, v_before{none, zero};
     Row<Real> here = moved(0, v_here);
@@ -135,8 +139,10 @@ void evaluate(const RodBlock& block, const double* v, const double* d, const dou
             load_joint<Real>(block.joints + i * kRodJoint * lanes);
         const Real k = Real::load(block.edges + i * kRodEdge * lanes);
         const Real rest = Real::load(block.edges + (i * kRodEdge + 1) * lanes);
-        out.energy = out.energy + bend_energy(material, joint) + twist_energy(material, twist) +
-                     stretch_energy(k, rest, e.length);
+        const Real stored = bend_energy(material, joint) + twist_energy(material, twist) +
+                            stretch_energy(k, rest, e.length);
+        out.energy = out.energy + stored;
+        out.scale = out.scale + stored;
         const JointGradient<Real> g = joint_gradient(material, joint, twist);
         const Vector3<Real> tension = stretch_gradient(k, rest, e);
         if (i > 0) {
@@ -158,7 +164,43 @@ void evaluate(const RodBlock& block, const double* v, const double* d, const dou
     }
     out.finish(count - 1, v_before, force_before);
     out.energy.store(energy);
+    out.scale.store(scale);
     out.slope.store(slope);
+}
+
+template <class Real>
+void measure(const RodBlock& block, const double* frames, double* strains) {
+    constexpr std::size_t lanes = Real::width;
+    const Real edge_count = Real::load(block.edge_count);
+    const Vector3<Real> tip_tangent = load3<Real>(block.ends + 6 * lanes);
+    Vector3<Real> t = load3<Real>(block.ends), here = load3<Real>(block.x_t0);
+    const Vector3<Real> root_director = load3<Real>(block.ends + 3 * lanes);
+    Directors<Real> before{root_director, cross(t, root_director)};
+    Real angle_before(0.0);
+    const std::size_t count = block.vertex_count;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double* x = block.x_t0 + 4 * i * lanes;
+        Vector3<Real> edge = tip_tangent, next = here;
+        if (i + 1 < count) {
+            next = load3<Real>(x + 4 * lanes);
+            edge = select(Real(static_cast<double>(i)) < edge_count, next - here, tip_tangent);
+        }
+        const EdgeGeometry<Real> e = edge_geometry(edge);
+        const double* frame = frames + i * kRodFrame * lanes;
+        const Real angle = Real::load(x + 3 * lanes);
+        const Directors<Real> after =
+            material_directors(e.tangent, load3<Real>(frame + 3 * lanes), angle);
+        const Joint<Real> j =
+            make_joint(t, Real(1.0), before, e.tangent, e.inverse_length, after);
+        const Real out[kRodStrain] = {e.length,     j.w1_before, j.w2_before, j.w1_after,
+                                      j.w2_after, angle - angle_before + Real::load(frame + 6 * lanes)};
+        for (std::size_t c = 0; c < kRodStrain; ++c)
+            out[c].store(strains + (i * kRodStrain + c) * lanes);
+        here = next;
+        t = e.tangent;
+        before = after;
+        angle_before = angle;
+    }
 }
 
 // band(row, column) += value, row >= column.
@@ -334,7 +376,7 @@ void keep(std::size_t count, std::uint32_t lanes_kept, const double* from, doubl
 
 template <class Real>
 constexpr RodPasses make_passes() {
-    return {static_cast<std::uint32_t>(Real::width), &evaluate<Real>, &assemble<Real>,
+    return {static_cast<std::uint32_t>(Real::width), &evaluate<Real>, &measure<Real>, &assemble<Real>,
             &factor<Real>, &solve<Real>, &apply_inverse<Real>, &keep<Real>};
 }
 

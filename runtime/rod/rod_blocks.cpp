@@ -1,0 +1,241 @@
+#include "runtime/rod/rod_blocks.h"
+
+#include "runtime/rod/double3.h"
+#include "runtime/rod/rod_energy.h"
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+#include <numeric>
+
+namespace keratin {
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+using Vec = Vector3<Double1>;
+Vec vec(const Double3& a) { return {a[0], a[1], a[2]}; }
+Double3 plain(const Vec& a) { return {a.x.v, a.y.v, a.z.v}; }
+Double3 carried(const Double3& from, const Double3& to, const Double3& a) {
+    return plain(transport(vec(from), vec(to), vec(a)));
+}
+
+bool clamps(RodEnd kind) { return kind == RodEnd::clamped; }
+
+// Voronoi length of joint i; only joints that a clamp or two edges make have one.
+double joint_length(const RodShape& shape, std::size_t i) {
+    const std::size_t edges = shape.rest_length.size();
+    if (i == 0) return clamps(shape.root.kind) ? shape.rest_length[0] / 2 : 0;
+    if (i == edges) return clamps(shape.tip.kind) ? shape.rest_length[edges - 1] / 2 : 0;
+    return (shape.rest_length[i - 1] + shape.rest_length[i]) / 2;
+}
+
+}  // namespace
+
+void AlignedDoubles::Free::operator()(double* p) const {
+    ::operator delete(p, std::align_val_t{64});
+}
+
+AlignedDoubles::AlignedDoubles(std::size_t count)
+    : data_(static_cast<double*>(::operator new(count * sizeof(double) + 64, std::align_val_t{64}))),
+      size_(count) {
+    std::fill_n(data_.get(), count, 0.0);
+}
+
+std::uint32_t RodBlocks::used_lanes(std::size_t b) const {
+    std::uint32_t used = 0;
+    for (std::uint32_t l = 0; l < lanes; ++l)
+        if (strand_of_lane[b * lanes + l] != kNoLane) used |= 1u << l;
+    return used;
+}
+
+void rest_from_points(std::span<const Double3> points, RodShape& shape) {
+    const std::size_t edges = points.size() - 1;
+    shape.rest_length.resize(edges);
+    shape.rest.assign(points.size(), {0, 0, 0, 0, 0});
+    Double3 before = shape.root.tangent, director = shape.root.director;
+    for (std::size_t i = 0; i <= edges; ++i) {
+        Double3 after = shape.tip.tangent;
+        if (i < edges) {
+            const Double3 edge = subtract(points[i + 1], points[i]);
+            shape.rest_length[i] = length(edge);
+            after = unit(edge);
+        }
+        if (i == 0 && !clamps(shape.root.kind)) {
+            director = carried(before, after, director);
+        } else if (i < edges || clamps(shape.tip.kind)) {
+            const Double3 next = carried(before, after, director);
+            const auto j = make_joint(
+                vec(before), Double1(1), material_directors(vec(before), vec(director), Double1(0)),
+                vec(after), Double1(1), material_directors(vec(after), vec(next), Double1(0)));
+            shape.rest[i] = {j.w1_before.v, j.w2_before.v, j.w1_after.v, j.w2_after.v, 0};
+            director = next;
+        }
+        before = after;
+    }
+}
+
+void rest_from_curvature(const std::array<double, 2>& curvature, double twist, RodShape& shape) {
+    shape.rest.assign(shape.rest_length.size() + 1, {0, 0, 0, 0, 0});
+    for (std::size_t i = 0; i < shape.rest.size(); ++i) {
+        const double l = joint_length(shape, i);
+        const double w1 = l * curvature[1], w2 = -l * curvature[0], half = l * twist / 2;
+        const double c = std::cos(half), s = std::sin(half);
+        shape.rest[i] = {c * w1 - s * w2, s * w1 + c * w2, c * w1 + s * w2, c * w2 - s * w1,
+                         l * twist};
+    }
+}
+
+RodBlocks make_blocks(std::span<const RodStrand> strands, std::uint32_t lanes) {
+    RodBlocks b;
+    b.lanes = lanes;
+    const std::size_t count = strands.size();
+    b.first.resize(count);
+    b.vertex_count.resize(count);
+    b.block.resize(count);
+    b.radius.resize(count);
+    b.spin_weight.resize(count);
+    b.shapes.resize(count);
+    if (count > 0) b.origin = strands[0].points[0];
+
+    std::vector<std::uint32_t> order(count);
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t p, std::uint32_t q) {
+        return strands[p].points.size() < strands[q].points.size();
+    });
+    b.block_first.push_back(0);
+    for (std::size_t begin = 0; begin < count; begin += lanes) {
+        const std::size_t end = std::min<std::size_t>(count, begin + lanes);
+        const auto blk = static_cast<std::uint32_t>(b.block_first.size() - 1);
+        const std::size_t longest = strands[order[end - 1]].points.size();
+        b.min_edges.push_back(static_cast<std::uint32_t>(strands[order[begin]].points.size() - 1));
+        for (std::size_t k = begin; k < begin + lanes; ++k) {
+            b.strand_of_lane.push_back(k < end ? order[k] : RodBlocks::kNoLane);
+            if (k >= end) continue;
+            const std::uint32_t s = order[k];
+            b.block[s] = blk;
+            b.first[s] = b.block_first[blk] + static_cast<std::uint32_t>(k - begin);
+            b.vertex_count[s] = static_cast<std::uint32_t>(strands[s].points.size());
+        }
+        if (end < begin + lanes) b.min_edges.back() = 0;  // empty lanes have virtual edges only
+        b.block_first.push_back(b.block_first[blk] + static_cast<std::uint32_t>(4 * longest * lanes));
+    }
+    const std::size_t numbers = b.block_first.back(), rows = numbers / (4 * lanes);
+    for (AlignedDoubles* a : {&b.x, &b.v, &b.mass, &b.inverse_mass, &b.force, &b.spring,
+                              &b.spring_target, &b.drag})
+        *a = AlignedDoubles(numbers);
+    b.free_lanes.assign(4 * rows, 0);
+    b.frames = AlignedDoubles(rows * kRodFrame * lanes);
+    b.edges = AlignedDoubles(rows * kRodEdge * lanes);
+    b.joints = AlignedDoubles(rows * kRodJoint * lanes);
+    b.ends = AlignedDoubles(b.block_count() * 12 * lanes);
+    b.edge_count = AlignedDoubles(b.block_count() * lanes);
+    b.spin = AlignedDoubles(b.block_count() * lanes);
+
+    // virtual edges and empty lanes: unit tangents, no stiffness
+    std::fill_n(b.mass.data(), numbers, 1.0);
+    for (std::size_t r = 0; r < rows; ++r)
+        for (std::size_t l = 0; l < lanes; ++l) {
+            b.frames[(r * kRodFrame + 0) * lanes + l] = 1;
+            b.frames[(r * kRodFrame + 4) * lanes + l] = 1;
+            b.edges[(r * kRodEdge + 1) * lanes + l] = 1;
+        }
+    for (std::size_t k = 0; k < b.block_count(); ++k)
+        for (std::size_t l = 0; l < lanes; ++l)
+            for (const std::size_t c : {0, 4, 6, 10}) b.ends[(k * 12 + c) * lanes + l] = 1;
+    return b;
+}
+
+void write_strand(RodBlocks& b, std::size_t s, const RodScales& scales) {
+    const RodShape& shape = b.shapes[s];
+    const RodMaterial& m = shape.material;
+    const std::size_t edges = shape.rest_length.size();
+    const double r1 = m.radii[0], r2 = m.radii[1];
+    const double area = kPi * r1 * r2;
+    const double shear = m.youngs_modulus / (2 * (1 + m.poisson_ratio));
+    const double stretch = scales.stretch * m.youngs_modulus * area;
+    const double bend1 = scales.bend * m.youngs_modulus * kPi * r1 * r1 * r1 * r2 / 4;
+    const double bend2 = scales.bend * m.youngs_modulus * kPi * r1 * r2 * r2 * r2 / 4;
+    const double twist =
+        scales.twist * shear * kPi * r1 * r1 * r1 * r2 * r2 * r2 / (r1 * r1 + r2 * r2);
+    b.radius[s] = std::max(r1, r2);
+    b.spin_weight[s] = std::sqrt((r1 * r1 + r2 * r2) / 2);
+    b.edge_count[b.block[s] * b.lanes + b.lane(s)] = static_cast<double>(edges);
+    b.spin[b.block[s] * b.lanes + b.lane(s)] = b.spin_weight[s];
+
+    const std::uint8_t bit = static_cast<std::uint8_t>(1u << b.lane(s));
+    const std::size_t row = 4 * b.first_row(b.block[s]);
+    for (std::size_t i = 0; i <= edges; ++i) {
+        const double before = i > 0 ? shape.rest_length[i - 1] : 0;
+        const double after = i < edges ? shape.rest_length[i] : 0;
+        const double length_here = (before + after) / 2;
+        const double added = shape.added_mass.empty() ? 0 : shape.added_mass[i];
+        const double mass = m.density * area * length_here + added;
+        const double inertia = i < edges ? m.density * area * after * (r1 * r1 + r2 * r2) / 4 : 1;
+        const bool root_holds = (i == 0 && shape.root.kind != RodEnd::free) ||
+                                (i == 1 && shape.root.kind == RodEnd::clamped_two_points);
+        const bool tip_holds = (i == edges && shape.tip.kind != RodEnd::free) ||
+                               (i + 1 == edges && shape.tip.kind == RodEnd::clamped_two_points);
+        const bool angle_held = i == edges ||
+                                (i == 0 && shape.root.kind == RodEnd::clamped_two_points) ||
+                                (i + 1 == edges && shape.tip.kind == RodEnd::clamped_two_points);
+        for (std::size_t c = 0; c < 4; ++c) {
+            const bool held = c < 3 ? root_holds || tip_holds : angle_held;
+            const double value = c < 3 ? mass : inertia;
+            b.mass[b.index(s, i, c)] = value;
+            b.inverse_mass[b.index(s, i, c)] = held ? 0 : 1 / value;
+            b.drag[b.index(s, i, c)] = c < 3 ? m.air_drag * length_here : 0;
+            std::uint8_t& mask = b.free_lanes[row + 4 * i + c];
+            mask = static_cast<std::uint8_t>(held ? mask & ~bit : mask | bit);
+        }
+        if (i < edges) {
+            b.edges[b.edge_index(s, i, 0)] = stretch / after;
+            b.edges[b.edge_index(s, i, 1)] = after;
+        }
+        const double l = joint_length(shape, i);
+        const double per = l > 0 ? 1 / l : 0;
+        b.joints[b.joint_index(s, i, 0)] = bend1 * per / 2;
+        b.joints[b.joint_index(s, i, 1)] = bend2 * per / 2;
+        b.joints[b.joint_index(s, i, 2)] = twist * per;
+        for (std::size_t c = 0; c < 5; ++c)
+            b.joints[b.joint_index(s, i, 3 + c)] = shape.rest[i][c];
+    }
+}
+
+void reset_frames(RodBlocks& b, std::size_t s) {
+    const RodShape& shape = b.shapes[s];
+    const std::size_t edges = shape.rest_length.size();
+    Double3 before = shape.root.tangent, director = shape.root.director;
+    const std::size_t rows = b.rows(b.block[s]);
+    for (std::size_t i = 0; i < rows; ++i) {
+        Double3 after = shape.tip.tangent;
+        if (i < edges) {
+            Double3 edge;
+            for (std::size_t c = 0; c < 3; ++c)
+                edge[c] = b.x[b.index(s, i + 1, c)] - b.x[b.index(s, i, c)];
+            after = unit(edge);
+            director = carried(before, after, director);
+            before = after;
+        }
+        const Double3 a = i < edges ? director : shape.tip.director;
+        double reference = 0;
+        if (i == edges) {
+            const Double3 carry = carried(before, after, director);
+            reference = turn_near(vec(carry), vec(a), vec(after), Double1(0)).v;
+        }
+        for (std::size_t c = 0; c < 3; ++c) {
+            b.frames[b.frame_index(s, i, c)] = after[c];
+            b.frames[b.frame_index(s, i, 3 + c)] = a[c];
+        }
+        b.frames[b.frame_index(s, i, 6)] = reference;
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+        b.ends[b.end_index(s, c)] = shape.root.tangent[c];
+        b.ends[b.end_index(s, 3 + c)] = shape.root.director[c];
+        b.ends[b.end_index(s, 6 + c)] = shape.tip.tangent[c];
+        b.ends[b.end_index(s, 9 + c)] = shape.tip.director[c];
+    }
+}
+
+}  // namespace keratin
