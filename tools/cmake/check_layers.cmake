@@ -44,6 +44,7 @@ rule(ROOM runtime/main.cpp    MAY schema runtime tools/measure USE CLI nlohmann)
 rule(ROOM runtime/run         MAY schema runtime tools/measure USE CLI nlohmann)
 
 rule(ROOM tools               MAY schema bake runtime tools USE Eigen CLI nlohmann)
+rule(ROOM tools/keratin-diff  MAY schema bake runtime tools USE CLI nlohmann nanoflann.hpp)
 rule(ROOM tools/keratin-view  MAY schema bake runtime tools USE Eigen CLI nlohmann embree3 stb stb_image_write.h stb_image.h)
 rule(ROOM tests               MAY schema bake runtime tools tests
      USE Eigen unsupported nanoflann.hpp nlohmann tiny_obj_loader.h catch2 rapidcheck rapidcheck.h stb stb_image.h stb_image_write.h flatbuffers)

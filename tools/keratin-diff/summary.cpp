@@ -1,0 +1,88 @@
+#include "tools/keratin-diff/summary.h"
+
+#include "schema/file_hash.h"
+#include "tools/keratin-diff/number_text.h"
+
+#include <algorithm>
+
+namespace keratin::diff {
+
+namespace {
+
+class Lines {
+  public:
+    template <class... Parts>
+    void add(const std::string& name, const Parts&... parts) {
+        text_ += name + ":";
+        ((text_ += " " + part_text(parts)), ...);
+        text_ += "\n";
+    }
+    std::string take() { return std::move(text_); }
+
+  private:
+    static std::string part_text(const char* text) { return text; }
+    template <class Part>
+    static std::string part_text(const Part& part) {
+        return value_text(part);
+    }
+    std::string text_;
+};
+
+std::string_view attach_text(Attach attach) {
+    switch (attach) {
+        case Attach::bone:
+            return "bone";
+        case Attach::all:
+            return "all";
+        case Attach::triangle:
+            return "triangle";
+    }
+    return "";
+}
+
+void add_group(const GroupInfo& group, Lines& lines) {
+    const Material& m = group.material;
+    const StrandParameters& s = group.strand;
+    lines.add("group " + group.name);
+    lines.add("  material", "radius", m.radius, "radius2", m.radius2, "density", m.density,
+              "youngs_modulus", m.youngs_modulus, "poisson_ratio", m.poisson_ratio, "viscosity",
+              m.viscosity);
+    lines.add("  strand", "damping", s.damping, "friction", s.friction, "volume", s.volume,
+              "iterations", s.iterations, "global_length", s.global_length, "length_damping",
+              s.length_damping, "wind_response", s.wind_response);
+}
+
+}  // namespace
+
+std::string summary_text(const AssetView& asset) {
+    const AssetInfo& info = asset.info();
+    Lines lines;
+    lines.add("keratin asset, format",
+              std::to_string(info.format_major) + "." + std::to_string(info.format_minor));
+    lines.add("tool_version", info.tool_version);
+    lines.add("recipe", info.recipe_hash);
+    for (const InputRecord& input : info.inputs)
+        lines.add("input " + input.role, input.name, input.hash);
+    lines.add("attach", std::string(attach_text(info.attach)));
+    lines.add("strands", info.strand_count, "with", info.point_count, "points");
+    lines.add("guides", info.guide_count, "in", info.tile_count, "tiles of", info.row_count,
+              "rows");
+    lines.add("mesh", info.mesh_vertex_count, "vertices", info.mesh_triangle_count, "triangles",
+              info.mesh_topology_hash, "stored", info.vertex_count, info.triangle_count);
+    lines.add("bounds", info.bounds_min, info.bounds_max);
+    for (const GroupInfo& group : info.groups) add_group(group, lines);
+    for (const std::string& bone : info.bones) lines.add("bone", bone);
+    for (const AssetCollider& collider : info.colliders)
+        lines.add("collider", collider.a, collider.b, "radius", collider.radius, "bone",
+                  collider.bone);
+    for_each_field(asset.fields(), [&](const FieldDescription& field, auto values) {
+        const std::string name = "field " + std::string(field.name);
+        if (values.empty()) return lines.add(name, "none");
+        const auto [low, high] = std::minmax_element(values.begin(), values.end());
+        lines.add(name, static_cast<std::uint32_t>(values.size()), "from", *low, "to", *high,
+                  hash_bytes(std::as_bytes(values)));
+    });
+    return lines.take();
+}
+
+}  // namespace keratin::diff
