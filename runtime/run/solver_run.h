@@ -45,6 +45,7 @@ struct RunState {
 
 // How the command line changes a run.
 struct RunOptions {
+    std::string tool_version;
     int threads = 0;           // 0: one a processor
     bool convergence = false;  // keep what each iteration of the last step did
 };

@@ -238,6 +238,8 @@ void Statistics::add_frame(double time, const RunState& state) {
 Json Statistics::document(const SolverRun& run, const Schedule& schedule, int threads) const {
     const RunLayout& layout = *layout_;
     Json out;
+    out["program"] = "keratin-run";
+    out["version"] = layout.head.tool_version;
     out["solver"] = layout.head.solver;
     out["backend"] = "cpu";
     out["threads"] = threads;

@@ -142,9 +142,9 @@ class StrandRun final : public SolverRun {
     Scene scene_;
     std::vector<Body> bodies_;
     RunLayout layout_;
-    int threads_ = 0;
 
     Result<void> set_up(const RunOptions& options) {
+        layout_.head.tool_version = options.tool_version;
         layout_.head.solver = "strand";
         layout_.head.scene = scene_.file;
         layout_.head.frame = scene_.frame;
@@ -170,7 +170,11 @@ class StrandRun final : public SolverRun {
         out = nlohmann::ordered_json::array();
         for (const Body& body : bodies_) {
             const SolverPlan& plan = body.simulation.plan();
-            nlohmann::ordered_json entry{{"asset", body.scene->file}};
+            const auto none = nlohmann::ordered_json::array();
+            nlohmann::ordered_json entry{{"asset", body.scene->file},
+                                         {"passes", none},
+                                         {"buffers", none},
+                                         {"left_out", none}};
             for (const PlannedPass& pass : plan.passes) {
                 auto buffers = nlohmann::ordered_json::array();
                 for (const BufferId buffer : pass.buffers) buffers.push_back(name_of(buffer));
