@@ -170,7 +170,7 @@ Result<std::unique_ptr<SolverRun>> make_run(const Scene& scene, const Options& o
     switch (scene.solver) {
         case SolverKind::strand:
             return make_strand_run(scene, options);
-#ifdef KERATIN_WITH_ROD_RUN
+#ifdef KERATIN_WITH_ROD
         case SolverKind::rod:
             return make_rod_run(scene, options);
 #endif

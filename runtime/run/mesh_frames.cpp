@@ -14,11 +14,6 @@ namespace keratin {
 
 namespace {
 
-struct Mesh {
-    std::vector<std::array<double, 3>> position;
-    std::vector<std::array<std::uint32_t, 3>> triangle;
-};
-
 // Reads words of a line one after the other.
 struct Words {
     std::string_view rest;
@@ -41,11 +36,13 @@ bool parse_index(std::string_view word, std::size_t count, std::uint64_t& out) {
     return index >= 1 && out < count;
 }
 
-Result<Mesh> read_obj(const std::string& path) {
+}  // namespace
+
+Result<ObjTriangles> read_obj_triangles(const std::string& path) {
     auto bytes = read_file(path);
     if (!bytes) return bytes.error();
     std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
-    Mesh mesh;
+    ObjTriangles mesh;
     std::vector<std::array<double, 3>> v;
     std::size_t vt_count = 0;
     std::unordered_map<std::uint64_t, std::uint32_t> vertex_of;
@@ -93,6 +90,8 @@ Result<Mesh> read_obj(const std::string& path) {
     return mesh;
 }
 
+namespace {
+
 std::array<double, 3> to_y_up(const std::array<double, 3>& p, UpAxis up) {
     if (up == UpAxis::x) return {-p[1], p[0], p[2]};
     if (up == UpAxis::z) return {p[0], p[2], -p[1]};
@@ -119,7 +118,7 @@ void MeshFrames::at(double t, std::vector<float>& out) const {
 Result<MeshFrames> read_mesh_frames(const SceneAsset& asset, const AssetInfo& info) {
     MeshFrames out;
     for (const MeshFrame& frame : asset.mesh_frames) {
-        auto mesh = read_obj(frame.file);
+        auto mesh = read_obj_triangles(frame.file);
         if (!mesh) return mesh.error();
         if (hash_bytes(std::as_bytes(std::span(mesh->triangle))) != info.mesh_topology_hash)
             return Error{ErrorCode::input, frame.file,

@@ -71,7 +71,7 @@ class SolverRun {
 
 // The runs of the solvers in this build. Errors: input, io, unsupported.
 Result<std::unique_ptr<SolverRun>> make_strand_run(const Scene& scene, const RunOptions& options);
-#ifdef KERATIN_WITH_ROD_RUN
+#ifdef KERATIN_WITH_ROD
 Result<std::unique_ptr<SolverRun>> make_rod_run(const Scene& scene, const RunOptions& options);
 #endif
 

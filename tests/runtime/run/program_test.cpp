@@ -318,6 +318,100 @@ TEST_CASE("bad input exits with 2, names file and place, and leaves the old outp
     CHECK(std::distance(fs::directory_iterator(folder.path), {}) == 9);
 }
 
+#ifdef KERATIN_WITH_ROD
+namespace {
+
+// Two strands that lie across each other above a ball; the first is moved at its root.
+const char* const kRods = R"({ "solver": "rod", "frame": 0.01, "step": 0.002, "duration": 0.06,
+    "strands": [
+        { "points": [[0,0,0],[0.01,0,0],[0.02,0,0],[0.03,0,0],[0.04,0,0]], "radius": 1e-4,
+          "motion": [{ "time": 0 }, { "time": 0.06, "translation": [0, 0.01, 0], "rotation": [0, 0, 0.1, 1] }] },
+        { "points": [[0.02,0.0005,-0.02],[0.02,0.0005,-0.01],[0.02,0.0005,0.005],[0.02,0.0005,0.015]],
+          "radius": 1e-4, "root": "free" }],
+    "colliders": [{ "sphere": { "center": [0.02, -0.03, 0], "radius": 0.025 } }] })";
+
+}  // namespace
+
+TEST_CASE("the rod solver runs explicit strands, and its figures follow the schema") {
+    const Folder folder;
+    folder.write("rods.json", kRods);
+    const json stats = folder.stats("rods.json --threads 1 --final --convergence --explain");
+    CHECK(test::schema_misfit(schema(), stats) == "");
+    CHECK(stats["solver"] == "rod");
+    CHECK(stats["steps"] == 30);
+    CHECK(stats["frames"] == 6);
+    CHECK(stats["strands"] == 2);
+    CHECK(stats["points"] == 9);
+    CHECK(stats["degrees_of_freedom"] == 4 * 5 - 1 - 3 + 4 * 4 - 1);
+    for (const char* part : {"total", "prepare", "dynamics", "collision_detection",
+                             "contact_bookkeeping", "impulse_solve"})
+        CHECK(stats["seconds"][part].is_number());
+    CHECK(stats["max_stretch"].get<double>() < 1e-3);
+    CHECK(stats["max_penetration"].get<double>() < 1e-4);
+    CHECK(stats["contacts_max"].get<int>() > 0);
+    CHECK(stats["coulomb_residual"]["velocity_scale"].get<double>() == Approx(0.002 * 9.81));
+    CHECK(stats["convergence"].size() > 0);
+    CHECK(stats["energy"][3]["elastic"].get<double>() > 0);
+    // The root is where the keyframe puts it.
+    CHECK(stats["final"][0][0][1].get<double>() == Approx(0.01).epsilon(1e-12));
+}
+
+TEST_CASE("a free rod falls as a stone does, in implicit steps") {
+    const Folder folder;
+    folder.write("fall.json", R"({ "solver": "rod", "frame": 0.01, "duration": 0.1,
+        "strands": [{ "points": [[0,0,0],[0.01,0,0],[0.02,0,0]], "root": "free" }] })");
+    const json stats = folder.stats("fall.json --threads 1 --final");
+    // n implicit Euler steps of h fall g h^2 n (n + 1) / 2.
+    const double fallen = 9.81 * 0.01 * 0.01 * 10 * 11 / 2;
+    for (const json& point : stats["final"][0])
+        CHECK(point[1].get<double>() == Approx(-fallen).epsilon(1e-9));
+    for (const json& velocity : stats["final_velocity"][0])
+        CHECK(velocity[1].get<double>() == Approx(-0.981).epsilon(1e-9));
+    // Potential energy became kinetic energy and, by the steps, a little was lost.
+    const json &first = stats["energy"].front(), &last = stats["energy"].back();
+    const double given = first["potential"].get<double>() - last["potential"].get<double>();
+    CHECK(last["kinetic"].get<double>() == Approx(given * 10 / 11).epsilon(1e-6));
+}
+
+TEST_CASE("rods end in the same bits on two threads, and when saved and resumed") {
+    const Folder folder;
+    folder.write("rods.json", kRods);
+    const std::string whole = folder.stats("rods.json --threads 1")["hash"];
+    CHECK(folder.stats("rods.json --threads 2")["hash"] == whole);
+    REQUIRE(folder.run("rods.json --threads 1 --frames 4 --save half.state").code == 0);
+    CHECK(folder.stats("rods.json --threads 1 --resume half.state")["hash"] == whole);
+}
+
+TEST_CASE("what the rod solver does not do is refused with what to write instead") {
+    const Folder folder;
+    struct Case {
+        std::string scene, message;
+    };
+    const Case cases[] = {
+        {R"({ "solver": "rod", "assets": [{ "file": "head.kera" }] })",
+         "s.json: assets: the rod solver runs the explicit strands of a scene"},
+        {R"({ "solver": "rod", "wind": { "gust": 0.5 }, "strands": [{ "points": [[0,0,0],[1,0,0]] }] })",
+         "s.json: wind: the rod solver knows steady wind only"},
+        {R"({ "solver": "rod", "strands": [{ "points": [[0,0,0],[1,0,0]] }],
+              "colliders": [{ "distance_grid": { "file": "g" } }] })",
+         "s.json: colliders[0]: the rod solver does not take a distance_grid"},
+        {R"({ "solver": "rod", "strands": [{ "points": [[0,0,0],[1,0,0]] }],
+              "colliders": [{ "mesh": { "file": "gone.obj" } }] })",
+         "gone.obj: "},
+    };
+    for (const Case& c : cases) {
+        INFO(c.scene);
+        folder.write("s.json", c.scene);
+        const Outcome outcome = folder.run("s.json --frames 2");
+        CHECK(outcome.code == 2);
+        INFO(outcome.err);
+        CHECK(outcome.err.find(c.message) != std::string::npos);
+    }
+    CHECK(folder.run("head.kera --solver rod --precision float")
+              .err.find("the rod solver computes in double only") != std::string::npos);
+}
+#endif
+
 TEST_CASE("help and version exit with 0 and go to stdout") {
     const Folder folder;
     const Outcome help = folder.run("--help");

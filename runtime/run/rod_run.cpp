@@ -1,0 +1,474 @@
+// The `rod` solver over the explicit strands of a scene.
+#include "runtime/contact/strand_contact.h"
+#include "runtime/rod/rod_simulation.h"
+#include "runtime/run/mesh_frames.h"
+#include "runtime/run/motion.h"
+#include "runtime/run/solver_run.h"
+#include "schema/file_hash.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+
+namespace keratin {
+
+namespace {
+
+using measure::Point;
+using Json = nlohmann::ordered_json;
+
+Point to_point(const Double3& v) { return {v[0], v[1], v[2]}; }
+Double3 to_double3(Point p) { return {p.x, p.y, p.z}; }
+Vector3 to_vector3(const Double3& v) { return {v[0], v[1], v[2]}; }
+std::array<float, 3> to_float(Point p) {
+    return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+}
+
+RodEnd to_rod(EndKind kind) {
+    switch (kind) {
+        case EndKind::free:
+            return RodEnd::free;
+        case EndKind::pinned:
+            return RodEnd::pinned;
+        case EndKind::clamped:
+            return RodEnd::clamped;
+        case EndKind::clamped_two_points:
+            return RodEnd::clamped_two_points;
+    }
+    return RodEnd::free;
+}
+
+// The rotation vector that turns by a and then reaches b.
+Double3 turn_between(const std::array<double, 4>& a, const std::array<double, 4>& b) {
+    // b * conjugate(a)
+    const Point av{-a[0], -a[1], -a[2]}, bv{b[0], b[1], b[2]};
+    Point v = av * b[3] + bv * a[3] + measure::cross(bv, av);
+    double w = b[3] * a[3] - measure::dot(bv, av);
+    if (w < 0) {
+        v = v * -1;
+        w = -w;
+    }
+    const double sine = measure::length(v);
+    // Near no turn at all the angle is twice the sine.
+    const double factor = sine > 1e-12 ? 2 * std::atan2(sine, w) / sine : 2;
+    return to_double3(v * factor);
+}
+
+// A strand as the solver takes it, carried to where its motion begins.
+RodStrand to_rod(const SceneStrand& in) {
+    const measure::Rigid start = to_rigid(pose_at(in.motion, 0));
+    RodStrand out;
+    for (const Double3& p : in.points) out.points.push_back(to_double3(apply(start, to_point(p))));
+    for (const Double3& v : in.velocities)
+        out.velocities.push_back(to_double3(turn(start, to_point(v))));
+    out.rest_points = in.rest_points;
+    out.natural_curvature = in.natural_curvature;
+    out.natural_twist = in.natural_twist;
+    out.material = {in.radii,         in.density,   in.youngs_modulus,
+                    in.poisson_ratio, in.viscosity, in.air_drag};
+    out.root = to_rod(in.root);
+    out.tip = to_rod(in.tip);
+    const auto unit = [&](const std::optional<Double3>& d, const Motion& motion) {
+        if (!d) return d;
+        const Point turned = turn(to_rigid(pose_at(motion, 0)), to_point(*d));
+        return std::optional(to_double3(turned * (1 / measure::length(turned))));
+    };
+    out.root_frame = {unit(in.root_direction, in.motion), unit(in.root_normal, in.motion)};
+    out.tip_frame = {unit(in.tip_direction, in.tip_motion), unit(in.tip_normal, in.tip_motion)};
+    return out;
+}
+
+RodSettings to_settings(const Scene& scene, const RunOptions& options) {
+    RodSettings out;
+    out.gravity = scene.gravity;
+    out.air_velocity = scene.wind.velocity;
+    const SceneSettings& in = scene.settings;
+    out.stretch_scale = in.stretch_scale.value_or(out.stretch_scale);
+    out.bend_scale = in.bend_scale.value_or(out.bend_scale);
+    out.twist_scale = in.twist_scale.value_or(out.twist_scale);
+    if (in.newton) out.newton = *in.newton == "full" ? RodNewton::full : RodNewton::quasi;
+    if (in.iterations) out.iterations = static_cast<std::uint32_t>(*in.iterations);
+    out.tolerance = in.tolerance.value_or(out.tolerance);
+    out.threads = options.threads;
+    return out;
+}
+
+ContactSettings to_contact(const Scene& scene, const RunOptions& options) {
+    ContactSettings out;
+    if (scene.settings.contact == "impulse") out.method = ContactMethod::impulse;
+    if (scene.settings.contact == "gauss_seidel") out.method = ContactMethod::gauss_seidel;
+    if (scene.settings.local_inertia == "rigid") out.local_inertia = LocalInertia::rigid;
+    out.friction = scene.friction;
+    out.contact_distance = scene.contact_distance;
+    out.threads = options.threads;
+    return out;
+}
+
+// Numbers that nothing prescribes: three a vertex and one an edge, less those of held ends.
+std::uint64_t free_numbers(const SceneStrand& strand) {
+    const std::uint64_t vertices = strand.points.size();
+    const auto held = [](EndKind kind) -> std::uint64_t {
+        return kind == EndKind::free ? 0 : kind == EndKind::clamped_two_points ? 7 : 3;
+    };
+    return 4 * vertices - 1 - std::min(4 * vertices - 1, held(strand.root) + held(strand.tip));
+}
+
+class RodRun final : public SolverRun {
+  public:
+    explicit RodRun(const Scene& scene) : scene_(scene) {}
+
+    Result<void> set_up(const RunOptions& options);
+
+    const RunLayout& layout() const override { return layout_; }
+    std::string explain() const override;
+    void plan(Json& out) const override;
+    Result<void> step(double t0, double t1) override;
+    void look(RunState& out) const override;
+    void statistics(Json& out) const override;
+    std::string hash() const override;
+    Result<std::vector<std::byte>> save() const override;
+    Result<void> load(std::span<const std::byte> state, double time) override;
+
+  private:
+    Result<void> add_colliders(std::vector<ContactCollider>& out);
+    void add_to_layout(const SceneStrand& strand, std::size_t index);
+    std::vector<std::pair<std::string, std::string>> left_out() const;
+
+    Scene scene_;
+    RunLayout layout_;
+    std::vector<std::unique_ptr<TriangleTree>> meshes_;
+    std::unique_ptr<RodSimulation> rods_;
+    std::unique_ptr<StrandContact> contact_;
+    bool keep_convergence_ = false;
+    double time_ = 0, seconds_ = 0, max_stretch_ = 0, last_step_ = 0;
+    std::uint64_t steps_ = 0, contact_iterations_ = 0, lost_ = 0, indefinite_ = 0;
+};
+
+Result<void> RodRun::set_up(const RunOptions& options) {
+    if (!scene_.assets.empty())
+        return Error{
+            ErrorCode::unsupported, scene_.file + ": assets",
+            "the rod solver runs the explicit strands of a scene; write \"strands\": [ ... "
+            "] or \"solver\": \"strand\""};
+    if (scene_.wind.gust > 0 || scene_.wind.turbulence > 0)
+        return Error{ErrorCode::unsupported, scene_.file + ": wind",
+                     "the rod solver knows steady wind only; leave out gust and turbulence"};
+    keep_convergence_ = options.convergence;
+    std::vector<RodStrand> strands;
+    for (const SceneStrand& strand : scene_.strands) strands.push_back(to_rod(strand));
+    auto rods = RodSimulation::create(strands, to_settings(scene_, options));
+    if (!rods)
+        return Error{rods.error().code, scene_.file + ": " + rods.error().where,
+                     rods.error().message};
+    rods_ = std::make_unique<RodSimulation>(std::move(*rods));
+    if (scene_.settings.contact != "none") {
+        std::vector<ContactCollider> colliders;
+        if (auto ok = add_colliders(colliders); !ok) return ok;
+        contact_ =
+            std::make_unique<StrandContact>(to_contact(scene_, options), std::move(colliders));
+        rods_->attach_contact(contact_.get());
+    }
+    layout_.head.tool_version = options.tool_version;
+    layout_.head.solver = "rod";
+    layout_.head.scene = scene_.file;
+    layout_.head.frame = scene_.frame;
+    layout_.head.guide_first_point = {0};
+    for (std::size_t s = 0; s < scene_.strands.size(); ++s) add_to_layout(scene_.strands[s], s);
+    layout_.head.strand_first_point = layout_.head.guide_first_point;
+    return {};
+}
+
+void RodRun::add_to_layout(const SceneStrand& strand, std::size_t s) {
+    const auto& rest = strand.rest_points.empty() ? strand.points : strand.rest_points;
+    for (const Double3& p : rest) layout_.rest.push_back(to_point(p));
+    layout_.head.guide_first_point.push_back(static_cast<std::uint32_t>(layout_.rest.size()));
+    layout_.head.guide_lane.push_back(kNoStrand);
+    layout_.head.strand_radius.push_back(
+        static_cast<float>(std::max(strand.radii[0], strand.radii[1])));
+    layout_.id.push_back(static_cast<std::uint32_t>(s));
+    for (std::size_t v = 0; v < rods_->vertex_count(s); ++v)
+        layout_.mass.push_back(rods_->vertex_mass(s, v));
+    const double area = std::numbers::pi * strand.radii[0] * strand.radii[1];
+    layout_.stretch_stiffness.push_back(strand.youngs_modulus * area);
+    layout_.bend_stiffness.push_back(
+        strand.youngs_modulus * area *
+        (strand.radii[0] * strand.radii[0] + strand.radii[1] * strand.radii[1]) / 8);
+    layout_.held_points.push_back(strand.root == EndKind::free                 ? 0
+                                  : strand.root == EndKind::clamped_two_points ? 2
+                                                                               : 1);
+    layout_.degrees_of_freedom += free_numbers(strand);
+}
+
+Result<void> RodRun::add_colliders(std::vector<ContactCollider>& out) {
+    for (std::size_t i = 0; i < scene_.colliders.size(); ++i) {
+        const SceneCollider& in = scene_.colliders[i];
+        RigidShape shape;
+        if (const auto* plane = std::get_if<PlaneShape>(&in.shape)) {
+            const Vector3 normal = to_vector3(plane->normal);
+            shape = {ShapeKind::plane, to_vector3(plane->point),
+                     (1 / std::sqrt(dot(normal, normal))) * normal, 0, nullptr};
+        } else if (const auto* sphere = std::get_if<SphereShape>(&in.shape)) {
+            shape = {
+                ShapeKind::sphere, to_vector3(sphere->center), {0, 0, 0}, sphere->radius, nullptr};
+        } else if (const auto* capsule = std::get_if<CapsuleShape>(&in.shape)) {
+            shape = {ShapeKind::capsule, to_vector3(capsule->a), to_vector3(capsule->b),
+                     capsule->radius, nullptr};
+        } else if (const auto* box = std::get_if<BoxShape>(&in.shape)) {
+            shape = {ShapeKind::box, to_vector3(box->center), to_vector3(box->half_size), 0,
+                     nullptr};
+        } else if (const auto* mesh = std::get_if<MeshShape>(&in.shape)) {
+            auto read = read_obj_triangles(mesh->file);
+            if (!read) return read.error();
+            std::vector<Vector3> points;
+            for (const Double3& p : read->position) points.push_back(to_vector3(p));
+            std::vector<std::uint32_t> corners;
+            for (const auto& t : read->triangle) corners.insert(corners.end(), t.begin(), t.end());
+            meshes_.push_back(std::make_unique<TriangleTree>(points, corners));
+            shape.kind = ShapeKind::mesh;
+            shape.mesh = meshes_.back().get();
+        } else {
+            return Error{ErrorCode::unsupported,
+                         scene_.file + ": colliders[" + std::to_string(i) + "]",
+                         "the rod solver does not take a distance_grid; use the mesh itself"};
+        }
+        ContactCollider collider{shape, in.friction, in.contact_distance, {}};
+        if (!in.motion.empty())
+            collider.pose = [&in](double time) {
+                const RigidTransform m = pose_at(in.motion, time);
+                return make_pose(m.rotation[0], m.rotation[1], m.rotation[2], m.rotation[3],
+                                 to_vector3(m.translation));
+            };
+        out.push_back(std::move(collider));
+    }
+    return {};
+}
+
+std::vector<std::pair<std::string, std::string>> RodRun::left_out() const {
+    std::vector<std::pair<std::string, std::string>> out;
+    if (!contact_)
+        for (const char* part : {"collision_detection", "contact_bookkeeping", "impulse_solve"})
+            out.emplace_back(part, "settings.contact is none");
+    else if (scene_.colliders.empty())
+        out.emplace_back("contact with colliders", "the scene has no colliders");
+    return out;
+}
+
+std::string RodRun::explain() const {
+    Json all;
+    plan(all);
+    std::string out = "parts of a step, in order:\n";
+    for (const Json& pass : all[0]["passes"]) out += "  " + pass["name"].get<std::string>() + "\n";
+    out += "buffers:\n";
+    for (const Json& buffer : all[0]["buffers"])
+        out += "  " + buffer["name"].get<std::string>() + " " +
+               std::to_string(buffer["bytes"].get<std::uint64_t>()) + " bytes\n";
+    out += "left out:\n";
+    for (const Json& left : all[0]["left_out"])
+        out += "  " + left["name"].get<std::string>() + ": " + left["reason"].get<std::string>() +
+               "\n";
+    return out;
+}
+
+void RodRun::plan(Json& out) const {
+    Json passes = Json::array(), left = Json::array();
+    passes.push_back({{"name", "prepare"}});
+    passes.push_back({{"name", "dynamics"}});
+    if (contact_)
+        for (const char* part : {"collision_detection", "contact_bookkeeping", "impulse_solve"})
+            passes.push_back({{"name", part}});
+    for (const auto& [name, reason] : left_out())
+        left.push_back({{"name", name}, {"reason", reason}});
+    out = Json::array();
+    out.push_back(
+        {{"passes", passes},
+         {"buffers", Json::array({{{"name", "strands"}, {"bytes", rods_->stats().bytes}}})},
+         {"left_out", left}});
+}
+
+Result<void> RodRun::step(double t0, double t1) {
+    for (std::size_t s = 0; s < scene_.strands.size(); ++s) {
+        const SceneStrand& strand = scene_.strands[s];
+        const auto target = [&](const Motion& motion, const Double3& point) {
+            const RigidTransform from = pose_at(motion, t0), to = pose_at(motion, t1);
+            return RodEndTarget{to_double3(apply(to_rigid(to), to_point(point))),
+                                turn_between(from.rotation, to.rotation)};
+        };
+        Result<void> ok;
+        if (!strand.motion.empty())
+            ok = rods_->move_root(s, target(strand.motion, strand.points.front()));
+        if (ok && !strand.tip_motion.empty())
+            ok = rods_->move_tip(s, target(strand.tip_motion, strand.points.back()));
+        if (!ok)
+            return Error{ok.error().code, scene_.file + ": strands[" + std::to_string(s) + "]",
+                         ok.error().message};
+    }
+    const auto begin = std::chrono::steady_clock::now();
+    auto report = rods_->step(t1 - t0);
+    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (!report) return Error{report.error().code, scene_.file, report.error().message};
+    ++steps_;
+    contact_iterations_ += report->contact_iterations;
+    lost_ += report->lost;
+    indefinite_ += report->indefinite;
+    max_stretch_ = std::max(max_stretch_, rods_->max_stretch());
+    time_ = t1;
+    last_step_ = t1 - t0;
+    return {};
+}
+
+void RodRun::look(RunState& out) const {
+    out = {};
+    double elastic = 0;
+    for (std::size_t s = 0; s < scene_.strands.size(); ++s) {
+        const SceneStrand& strand = scene_.strands[s];
+        const measure::Rigid pose = to_rigid(pose_at(strand.motion, time_));
+        out.root.push_back(pose);
+        for (const Double3& x : rods_->points(s)) {
+            out.position.push_back(to_point(x));
+            for (const double c : x) out.strand_position.push_back(static_cast<float>(c));
+        }
+        for (const Double3& v : rods_->velocities(s)) out.velocity.push_back(to_point(v));
+        for (const Double3& x : strand.points) out.rigid.push_back(apply(pose, to_point(x)));
+        elastic += rods_->energy(s).elastic();
+    }
+    out.elastic = elastic;
+    for (const SceneCollider& in : scene_.colliders) {
+        const RigidTransform motion = pose_at(in.motion, time_);
+        const measure::Rigid m = to_rigid(motion);
+        const auto at = [&](const Double3& p) { return to_float(apply(m, to_point(p))); };
+        const auto& q = motion.rotation;
+        const std::array<float, 4> rotation{static_cast<float>(q[0]), static_cast<float>(q[1]),
+                                            static_cast<float>(q[2]), static_cast<float>(q[3])};
+        if (const auto* plane = std::get_if<PlaneShape>(&in.shape))
+            out.colliders.push_back({CacheShape::plane,
+                                     at(plane->point),
+                                     to_float(turn(m, to_point(plane->normal))),
+                                     0,
+                                     {0, 0, 0, 1}});
+        else if (const auto* sphere = std::get_if<SphereShape>(&in.shape))
+            out.colliders.push_back({CacheShape::sphere,
+                                     at(sphere->center),
+                                     at(sphere->center),
+                                     static_cast<float>(sphere->radius),
+                                     {0, 0, 0, 1}});
+        else if (const auto* capsule = std::get_if<CapsuleShape>(&in.shape))
+            out.colliders.push_back({CacheShape::capsule,
+                                     at(capsule->a),
+                                     at(capsule->b),
+                                     static_cast<float>(capsule->radius),
+                                     {0, 0, 0, 1}});
+        else if (const auto* box = std::get_if<BoxShape>(&in.shape))
+            out.colliders.push_back({CacheShape::box, at(box->center),
+                                     to_float(to_point(box->half_size)), 0, rotation});
+    }
+    out.scene_colliders = out.colliders.size();
+}
+
+void RodRun::statistics(Json& out) const {
+    const RodStats& stats = rods_->stats();
+    const auto each_step = [&](double sum) {
+        return steps_ ? sum / static_cast<double>(steps_) : 0;
+    };
+    out["bytes"] = {{"strands", stats.bytes}, {"total", stats.bytes}};
+    out["seconds"] = {{"total", seconds_},
+                      {"prepare", stats.prepare},
+                      {"dynamics", stats.dynamics},
+                      {"collision_detection", stats.collision_detection},
+                      {"contact_bookkeeping", stats.contact_bookkeeping},
+                      {"impulse_solve", stats.impulse_solve}};
+    out["max_stretch"] = std::max(out["max_stretch"].get<double>(), max_stretch_);
+    out["steps_at_cap"] = stats.steps_at_cap;
+    out["steps_halved"] = stats.steps_halved;
+    out["iterations_mean"] =
+        contact_ ? each_step(static_cast<double>(contact_iterations_))
+                 : each_step(static_cast<double>(stats.strand_iterations) /
+                             static_cast<double>(std::max<std::size_t>(1, scene_.strands.size())));
+    out["health"] = {{"strands_lost", lost_}, {"hessians_indefinite", indefinite_}};
+    if (contact_) {
+        const ContactTotals& totals = contact_->totals();
+        const double all = std::max(1.0, static_cast<double>(totals.steps));
+        out["contacts_mean"] = static_cast<double>(totals.contacts) / all;
+        out["contacts_max"] = totals.most_contacts;
+        // The scales of METHODS 2.10: h |g|, or 1e-2 m/s without gravity, and that times the mean
+        // mass of the vertices.
+        const double g = measure::length(to_point(scene_.gravity));
+        const double velocity = g > 0 ? last_step_ * g : 1e-2;
+        double mass = 0;
+        for (const double m : layout_.mass) mass += m;
+        mass /= static_cast<double>(std::max<std::size_t>(1, layout_.mass.size()));
+        out["coulomb_residual"] = {{"mean", totals.residual_sum / all},
+                                   {"velocity_scale", velocity},
+                                   {"impulse_scale", velocity * mass}};
+    }
+    if (keep_convergence_) {
+        out["convergence"] = Json::array();
+        for (const RodConvergence& c : rods_->convergence())
+            out["convergence"].push_back({{"dv", c.dv}, {"dr", c.dr}, {"f_fb", nullptr}});
+    }
+}
+
+std::string RodRun::hash() const {
+    std::vector<Double3> all;
+    for (std::size_t s = 0; s < scene_.strands.size(); ++s)
+        for (const Double3& x : rods_->points(s)) all.push_back(x);
+    return to_string(hash_bytes(std::as_bytes(std::span(all)))).substr(0, 16);
+}
+
+Result<std::vector<std::byte>> RodRun::save() const {
+    const std::vector<std::byte> state = rods_->save();
+    const auto remembered =
+        contact_ ? contact_->remembered() : std::vector<StrandContact::Remembered>();
+    const std::uint64_t sizes[2] = {state.size(), remembered.size()};
+    std::vector<std::byte> out;
+    const auto put = [&](std::span<const std::byte> bytes) {
+        out.insert(out.end(), bytes.begin(), bytes.end());
+    };
+    put(std::as_bytes(std::span(sizes)));
+    put(state);
+    for (const auto& contact : remembered) {
+        const std::uint64_t key[2] = {contact.key.pair, contact.key.feature};
+        const double impulse[3] = {contact.impulse.x, contact.impulse.y, contact.impulse.z};
+        put(std::as_bytes(std::span(key)));
+        put(std::as_bytes(std::span(impulse)));
+    }
+    return out;
+}
+
+Result<void> RodRun::load(std::span<const std::byte> state, double time) {
+    constexpr std::size_t kContactBytes = 2 * sizeof(std::uint64_t) + 3 * sizeof(double);
+    const Error other{ErrorCode::input, "", "the state is of another scene"};
+    std::uint64_t sizes[2] = {};
+    if (state.size() < sizeof sizes) return other;
+    std::memcpy(sizes, state.data(), sizeof sizes);
+    state = state.subspan(sizeof sizes);
+    if (sizes[0] > state.size() || state.size() - sizes[0] != sizes[1] * kContactBytes)
+        return other;
+    if (auto ok = rods_->restore(state.first(sizes[0])); !ok) return ok;
+    state = state.subspan(sizes[0]);
+    std::vector<StrandContact::Remembered> remembered;
+    for (; !state.empty(); state = state.subspan(kContactBytes)) {
+        std::uint64_t key[2];
+        double impulse[3];
+        std::memcpy(key, state.data(), sizeof key);
+        std::memcpy(impulse, state.data() + sizeof key, sizeof impulse);
+        remembered.push_back(
+            {{key[0], static_cast<std::uint32_t>(key[1])}, {impulse[0], impulse[1], impulse[2]}});
+    }
+    if (contact_) contact_->remember(remembered);
+    time_ = time;
+    return {};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<SolverRun>> make_rod_run(const Scene& scene, const RunOptions& options) {
+    auto run = std::make_unique<RodRun>(scene);
+    if (auto ok = run->set_up(options); !ok) return ok.error();
+    return std::unique_ptr<SolverRun>(std::move(run));
+}
+
+}  // namespace keratin
