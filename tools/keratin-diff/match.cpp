@@ -26,7 +26,8 @@ constexpr double kSameStrand = 0.5;
 using Point = std::array<double, 3>;
 
 double distance(const Point& a, const Point& b) {
-    return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+    const double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+    return std::sqrt(x * x + y * y + z * z);
 }
 
 // Items in the order of their keys, so that equal keys of two assets meet in a merge.
@@ -107,27 +108,31 @@ struct Strands {
     }
 };
 
-// m: how far the root moved, and the shape beside that, on average over the strand.
-double unlikeness(const Strands& a, std::uint32_t in_a, const Strands& b, std::uint32_t in_b) {
-    const Point root_a = a.point(in_a, 0), root_b = b.point(in_b, 0);
-    double shape = 0;
-    for (std::size_t k = 1; k <= kShapeSamples; ++k) {
-        const double fraction = double(k) / kShapeSamples;
-        Point x = a.at(in_a, fraction);
-        const Point y = b.at(in_b, fraction);
-        for (int axis = 0; axis < 3; ++axis) x[axis] += root_b[axis] - root_a[axis];
-        shape += distance(x, y) / kShapeSamples;
+// A strand as kShapeSamples points after the root, relative to it, and its length in m.
+struct Shape {
+    std::array<Point, kShapeSamples> point;
+    double length = 0;
+
+    Shape(const Strands& strands, std::uint32_t s) : length(strands.length(s)) {
+        const Point root = strands.point(s, 0);
+        for (std::size_t k = 0; k < kShapeSamples; ++k) {
+            point[k] = strands.at(s, double(k + 1) / kShapeSamples);
+            for (std::size_t axis = 0; axis < 3; ++axis) point[k][axis] -= root[axis];
+        }
     }
-    return distance(root_a, root_b) + shape;
+};
+
+// m, on average over the strand, both roots in one place.
+double unlikeness(const Shape& a, const Shape& b) {
+    double sum = 0;
+    for (std::size_t k = 0; k < kShapeSamples; ++k) sum += distance(a.point[k], b.point[k]);
+    return sum / kShapeSamples;
 }
 
 struct RootCloud {
-    const Strands& strands;
-    const std::vector<std::uint32_t>& items;
-    std::size_t kdtree_get_point_count() const { return items.size(); }
-    float kdtree_get_pt(std::size_t i, std::size_t axis) const {
-        return strands.points(items[i])[axis];
-    }
+    std::vector<std::array<float, 3>> roots;
+    std::size_t kdtree_get_point_count() const { return roots.size(); }
+    float kdtree_get_pt(std::size_t i, std::size_t axis) const { return roots[i][axis]; }
     template <class Box>
     bool kdtree_get_bbox(Box&) const {
         return false;
@@ -137,25 +142,30 @@ struct RootCloud {
 void join_nearest(const Strands& a, const std::vector<std::uint32_t>& left_a, const Strands& b,
                   const std::vector<std::uint32_t>& left_b, Match& match) {
     if (left_a.empty() || left_b.empty()) return;
-    const RootCloud cloud{b, left_b};
+    RootCloud cloud;
+    for (const std::uint32_t s : left_b)
+        cloud.roots.push_back({b.points(s)[0], b.points(s)[1], b.points(s)[2]});
     using Tree =
         nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, RootCloud, double>,
                                             RootCloud, 3>;
     Tree tree(3, cloud);
     tree.buildIndex();
+    std::vector<Shape> shapes;
+    for (const std::uint32_t s : left_b) shapes.emplace_back(b, s);
     std::vector<std::tuple<double, std::uint32_t, std::uint32_t>> pairs;
     for (const std::uint32_t s : left_a) {
         std::array<std::uint32_t, kNearestRoots> near{};
         std::array<double, kNearestRoots> squared{};
         const std::size_t found =
             tree.knnSearch(a.points(s).data(), kNearestRoots, near.data(), squared.data());
-        const double length = a.length(s);
+        const Shape shape(a, s);
         for (std::size_t k = 0; k < found; ++k) {
-            const std::uint32_t candidate = left_b[near[k]];
-            const double limit = kSameStrand * std::max(length, b.length(candidate));
-            if (std::sqrt(squared[k]) >= limit) continue;
-            const double cost = unlikeness(a, s, b, candidate);
-            if (cost < limit) pairs.emplace_back(cost, s, candidate);
+            const Shape& other = shapes[near[k]];
+            const double limit = kSameStrand * std::max(shape.length, other.length);
+            const double root = std::sqrt(squared[k]);
+            if (root >= limit) continue;
+            const double cost = root + unlikeness(shape, other);
+            if (cost < limit) pairs.emplace_back(cost, s, left_b[near[k]]);
         }
     }
     std::sort(pairs.begin(), pairs.end());

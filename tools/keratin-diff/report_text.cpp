@@ -115,7 +115,8 @@ std::string field_text(const FieldDifference& field, double diagonal) {
 
 std::string changes_text(const std::vector<ValueChange>& changes) {
     std::string text;
-    for (const ValueChange& change : changes) {
+    for (std::size_t i = 0; i < std::min(changes.size(), kNamedItems); ++i) {
+        const ValueChange& change = changes[i];
         if (!text.empty()) text += "; ";
         text += change.path;
         if (change.a.empty())
@@ -125,6 +126,8 @@ std::string changes_text(const std::vector<ValueChange>& changes) {
         else
             text += ": " + change.a + " -> " + change.b;
     }
+    if (changes.size() > kNamedItems)
+        text += "; and " + std::to_string(changes.size() - kNamedItems) + " more";
     return text;
 }
 

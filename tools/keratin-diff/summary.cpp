@@ -52,6 +52,26 @@ void add_group(const GroupInfo& group, Lines& lines) {
               s.length_damping, "wind_response", s.wind_response);
 }
 
+// Each on its own line where there are few, else their number and a hash over them all.
+void add_colliders(const std::vector<AssetCollider>& colliders, Lines& lines) {
+    constexpr std::size_t kListed = 8;
+    if (colliders.size() > kListed) {
+        std::vector<float> values;
+        for (const AssetCollider& collider : colliders) {
+            values.insert(values.end(), collider.a.begin(), collider.a.end());
+            values.insert(values.end(), collider.b.begin(), collider.b.end());
+            values.push_back(collider.radius);
+            values.push_back(static_cast<float>(collider.bone));
+        }
+        lines.add("colliders", static_cast<std::uint32_t>(colliders.size()),
+                  hash_bytes(std::as_bytes(std::span(values))));
+        return;
+    }
+    for (const AssetCollider& collider : colliders)
+        lines.add("collider", collider.a, collider.b, "radius", collider.radius, "bone",
+                  collider.bone);
+}
+
 }  // namespace
 
 std::string summary_text(const AssetView& asset) {
@@ -72,9 +92,7 @@ std::string summary_text(const AssetView& asset) {
     lines.add("bounds", info.bounds_min, info.bounds_max);
     for (const GroupInfo& group : info.groups) add_group(group, lines);
     for (const std::string& bone : info.bones) lines.add("bone", bone);
-    for (const AssetCollider& collider : info.colliders)
-        lines.add("collider", collider.a, collider.b, "radius", collider.radius, "bone",
-                  collider.bone);
+    add_colliders(info.colliders, lines);
     for_each_field(asset.fields(), [&](const FieldDescription& field, auto values) {
         const std::string name = "field " + std::string(field.name);
         if (values.empty()) return lines.add(name, "none");
