@@ -50,8 +50,7 @@ Result<std::vector<Float3>> hair_colors(const SubjectStrands& hair, const DrawOp
         case HairColoring::density:
             if (hair.density.size() != color.size())
                 return Error{ErrorCode::input, "--color density",
-                             "there is no density here; the groom needs volume or friction, or "
-                             "draw a cached run of one that has"};
+                             "the subject was given no density"};
             for (std::size_t i = 0; i < color.size(); ++i)
                 color[i] = ramp_color(hair.density[i] / options.color_full);
             break;

@@ -14,8 +14,8 @@ namespace keratin::view {
 enum class HairColoring {
     natural,   // hair_color, varied from strand to strand
     strand,    // a colour for each strand's id
-    density,   // the solver's grid density, or the groom's at rest
-    velocity,  // the solver's grid velocity
+    density,   // of the hair on a grid of voxels (voxels.h)
+    velocity,  // likewise
     texture    // the texture at the root's uv
 };
 

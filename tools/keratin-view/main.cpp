@@ -4,6 +4,7 @@
 #include "tools/keratin-view/color.h"
 #include "tools/keratin-view/draw.h"
 #include "tools/keratin-view/film.h"
+#include "tools/keratin-view/voxels.h"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -164,6 +165,14 @@ Result<std::optional<Camera>> given_camera(const Command& command) {
     return std::optional<Camera>(camera);
 }
 
+// The frame with all that its colours need.
+Result<Subject> subject_to_draw(const Source& source, std::size_t place, HairColoring coloring) {
+    auto subject = subject_at(source, place);
+    if (subject && (coloring == HairColoring::density || coloring == HairColoring::velocity))
+        if (const auto ok = add_voxel_values(source, place, *subject); !ok) return ok.error();
+    return subject;
+}
+
 class Progress {
   public:
     explicit Progress(bool wanted) : wanted_(wanted && isatty(STDERR_FILENO)) {}
@@ -213,7 +222,7 @@ Result<void> view(const Command& command) {
     Framing framing(angles, options.render.width, options.render.height, command.fov);
     double full = command.color_full;
     for (const std::size_t place : *places) {
-        const auto subject = subject_at(source, place);
+        const auto subject = subject_to_draw(source, place, options.coloring);
         if (!subject) return subject.error();
         include_shown(*subject, options, command.fit == "all", framing);
         if (command.color_full == 0)
@@ -237,7 +246,7 @@ Result<void> view(const Command& command) {
     Progress progress(!command.quiet && !command.json);
     for (std::size_t i = 0; i < places->size(); ++i) {
         progress.at(i + 1, places->size());
-        const auto subject = subject_at(source, (*places)[i]);
+        const auto subject = subject_to_draw(source, (*places)[i], options.coloring);
         if (!subject) return subject.error();
         if (source.cache && places->size() > 1) {
             char caption[64];
@@ -379,9 +388,10 @@ int run(int argc, char** argv) {
         ->capture_default_str()
         ->group("Camera");
 
-    app.add_option("--color", command.color,
-                   "natural; strand: one colour a strand; density, velocity: of the solver's grid; "
-                   "texture=FILE: at the roots' uv")
+    app.add_option(
+           "--color", command.color,
+           "natural; strand: one colour a strand; density, velocity: of the hair on a grid; "
+           "texture=FILE: at the roots' uv")
         ->capture_default_str()
         ->group("Looks");
     app.add_option(

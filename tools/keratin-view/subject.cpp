@@ -51,29 +51,6 @@ void rest_guides(const AssetView& asset, SubjectStrands& guides) {
         }
 }
 
-// Density of the groom where the guides are, carried to the render strands by their guides'
-// weights.
-void rest_density(const AssetView& asset, SubjectStrands& hair) {
-    const AssetFields& f = asset.fields();
-    if (f.guide_density.empty()) return;
-    for (std::uint32_t s = 0; s < asset.info().strand_count; ++s) {
-        const std::uint32_t points = f.strand_first_point[s + 1] - f.strand_first_point[s];
-        for (std::uint32_t p = 0; p < points; ++p) {
-            float sum = 0;
-            for (int k = 0; k < 3; ++k) {
-                const std::uint32_t g = f.strand_guide[3 * s + k];
-                const std::size_t tile = g / kTileLanes, lane = g % kTileLanes;
-                const std::uint32_t last = std::max(f.guide_point_count[g], 1u) - 1;
-                const float at = points > 1 ? float(p) * last / float(points - 1) : 0;
-                const std::uint32_t row = std::min(std::uint32_t(at + 0.5f), last);
-                sum += f.strand_weight[3 * s + k] *
-                       f.guide_density[scalar_index(f.tile_first_row[tile] + row, lane)];
-            }
-            hair.density.push_back(sum);
-        }
-    }
-}
-
 BodyMesh stored_body(const AssetView& asset) {
     const AssetFields& f = asset.fields();
     return {{f.mesh_position.begin(), f.mesh_position.end()},
@@ -149,11 +126,9 @@ Subject rest_subject(const AssetView& asset) {
     describe_hair(asset, asset.info().strand_count, subject.hair);
     subject.hair.position.assign(f.strand_position.begin(), f.strand_position.end());
     rest_guides(asset, subject.guides);
-    rest_density(asset, subject.hair);
     if (!f.mesh_triangle.empty()) subject.bodies.push_back(stored_body(asset));
     for (const AssetCollider& c : asset.info().colliders)
         subject.colliders.push_back({CacheShape::capsule, c.a, c.b, c.radius, {0, 0, 0, 1}});
-    subject.density_unit = "kg/m^3";
     return subject;
 }
 

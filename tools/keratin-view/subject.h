@@ -21,8 +21,8 @@ struct SubjectStrands {
     std::vector<float> radius;                  // [strands] m, at the root
     std::vector<std::uint32_t> id;              // [strands]
     std::vector<float> uv;                      // [strands * 2]; empty without
-    std::vector<float> velocity;                // [points * 3] m/s; empty without
-    std::vector<float> density;                 // [points]; empty without
+    std::vector<float> velocity;                // [points * 3] m/s; empty unless the run stored it
+    std::vector<float> density;                 // [points]; empty unless the run stored it
 };
 
 struct Subject {
@@ -31,7 +31,7 @@ struct Subject {
     std::vector<CacheCollider> colliders;
     std::uint32_t frame = 0;
     double time = 0;           // s
-    std::string density_unit;  // "kg/m^3" or "of the groom at rest"
+    std::string density_unit;  // "of the groom at rest" (stored by a run) or "of the space"
 };
 
 // An asset in the pose it was baked in.

@@ -3,6 +3,7 @@
 #include "tests/tools/view/small_run.h"
 #include "tools/keratin-view/collider_mesh.h"
 #include "tools/keratin-view/draw.h"
+#include "tools/keratin-view/voxels.h"
 
 #include <catch2/catch.hpp>
 
@@ -81,29 +82,34 @@ TEST_CASE("a run of another asset is refused") {
     }
 }
 
-TEST_CASE("density of the groom at rest reaches the render strands by their guides") {
-    const Folder folder("density");
-    auto small = test::small_asset();
-    std::vector<float> density(small.guide_length.size(), 0);
-    for (std::uint32_t row = 0; row < 4; ++row)
-        for (std::uint32_t guide = 0; guide < 5; ++guide)
-            density[scalar_index(row, guide)] = 10 + float(row);
-    AssetFields fields = small.fields();
-    fields.guide_density = density;
-    const auto bytes = serialise_asset(small.info, fields, "a");
-    REQUIRE(bytes);
-    REQUIRE(write_file(folder.file("a.kera"), *bytes));
-    const auto source = open_source(folder.file("a.kera"), "");
+TEST_CASE("voxel values of a run come from its own velocities, or from the frames") {
+    const Folder folder("voxels");
+    test::write_small_asset(folder.file("a.kera"));
+    test::write_small_run(folder.file("a.kera"), folder.file("a.kcache"));
+    const auto source = open_source(folder.file("a.kcache"), "");
     REQUIRE(source);
-    const auto subject = subject_at(*source, 0);
-    REQUIRE(subject);
-    REQUIRE(subject->hair.density.size() == 7 * 4);
-    for (std::size_t p = 0; p < subject->hair.density.size(); ++p)
-        CHECK(subject->hair.density[p] == Approx(10 + p % 4));
-    CHECK(usual_largest(*subject, HairColoring::density) == Approx(13));
+    // Stored: 3 m/s upwards at every point, and a density.
+    auto stored = subject_at(*source, 3);
+    REQUIRE(stored);
+    const auto density = stored->hair.density;
+    REQUIRE(add_voxel_values(*source, 3, *stored));
+    CHECK(stored->hair.velocity[1] == Approx(3));
+    CHECK(stored->hair.density == density);
+    CHECK(usual_largest(*stored, HairColoring::velocity) == Approx(3));
+    // Not stored: 10 cm up in a thirtieth of a second; nothing at frame 0 but what follows.
+    for (const std::size_t frame : {std::size_t(3), std::size_t(2)}) {
+        auto bare = subject_at(*source, frame);
+        REQUIRE(bare);
+        bare->hair.velocity.clear();
+        bare->hair.density.clear();
+        REQUIRE(add_voxel_values(*source, frame, *bare));
+        for (std::size_t p = 0; p < bare->hair.id.size(); ++p)
+            CHECK(bare->hair.velocity[3 * p + 1] == Approx(3).epsilon(1e-3));
+        CHECK(bare->hair.density.size() == bare->hair.position.size() / 3);
+    }
 }
 
-TEST_CASE("colours that the subject cannot give are refused with what to do") {
+TEST_CASE("colours that the subject lacks are refused") {
     const Folder folder("colors");
     auto small = test::small_asset();
     small.strand_uv.clear();
