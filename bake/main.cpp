@@ -6,6 +6,7 @@
 #include "bake/stage/bones.h"
 #include "bake/stage/colliders.h"
 #include "bake/stage/degenerate.h"
+#include "bake/stage/distance_grid.h"
 #include "bake/stage/evaluate.h"
 #include "bake/stage/guides.h"
 #include "bake/stage/inside.h"
@@ -83,7 +84,7 @@ class Stages {
 
   private:
     static constexpr double kQuietSeconds = 1;
-    static constexpr int kBarWidth = 20, kStageCount = 15;
+    static constexpr int kBarWidth = 20, kStageCount = 16;
 
     void end() {
         if (name_ == nullptr) return;
@@ -280,6 +281,16 @@ Result<Baked> bake(const Options& options) {
         ColliderFit fit = fit_colliders(*mesh, groom, *carriers, findings);
         out.info.colliders = std::move(fit.colliders);
         out.report.colliders = fit.measured;
+    }
+
+    stages.begin("distance grid");
+    if (recipe->distance_grid) {
+        auto grid = make_distance_grid(*mesh, groom, *carriers, *recipe);
+        if (!grid) return grid.error();
+        out.info.distance_grid = grid->info;
+        out.arrays.grid_brick = std::move(grid->brick);
+        out.arrays.grid_distance = std::move(grid->distance);
+        out.report.distance_grid = grid->measured;
     }
 
     out.info.tool_version = "keratin-bake " KERATIN_VERSION;

@@ -162,6 +162,11 @@ std::string report_text(const BakeReport& report, std::span<const Finding> findi
              " colliders fitted; outside the mesh: " + millimetres(report.colliders->outside) +
              "; mesh outside them: " + millimetres(report.colliders->gap));
     }
+    if (const auto& grid = report.distance_grid) {
+        line("distance grid: " + std::to_string(grid->stored_bricks) + " of " +
+             std::to_string(grid->bricks) + " bricks stored, a node every " +
+             format("%.3f mm", 1e3 * grid->spacing) + "; error " + millimetres(grid->error));
+    }
     if (report.reconstruction) {
         line("guides by " + report.reconstruction->method +
              ", reconstruction error: " + millimetres(report.reconstruction->error));
@@ -211,6 +216,12 @@ std::string report_json(const BakeReport& report, std::span<const Finding> findi
                          {"deeper_than", report.inside->depth},
                          {"deepest", report.inside->deepest},
                          {"points_pushed_out", report.inside->pushed}};
+    }
+    if (const auto& grid = report.distance_grid) {
+        out["distance_grid"] = {{"spacing", grid->spacing},
+                                {"bricks", grid->bricks},
+                                {"stored_bricks", grid->stored_bricks},
+                                {"error", to_json(grid->error)}};
     }
     if (report.colliders) {
         out["colliders"] = {{"count", report.colliders->count},

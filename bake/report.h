@@ -148,6 +148,13 @@ struct BakeReport {
     };
     std::optional<Colliders> colliders;
 
+    struct DistanceGrid {
+        double spacing = 0;
+        std::uint64_t bricks = 0, stored_bricks = 0;
+        Spread error;  // against the exact distance, at the mesh and half-way between nodes
+    };
+    std::optional<DistanceGrid> distance_grid;
+
     struct Reconstruction {
         std::string method;  // guides
         Spread error;        // m

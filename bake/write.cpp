@@ -71,6 +71,13 @@ Result<std::vector<std::byte>> serialise_asset(const AssetInfo& info, const Asse
         const fb::Float3 a = to_fb(collider.a), b = to_fb(collider.b);
         colliders.push_back(fb::CreateCollider(builder, &a, &b, collider.radius, collider.bone));
     }
+    flatbuffers::Offset<fb::DistanceGrid> distance_grid;
+    if (const DistanceGridInfo& grid = info.distance_grid; grid.stored_bricks > 0) {
+        const fb::Float3 origin = to_fb(grid.origin);
+        distance_grid =
+            fb::CreateDistanceGrid(builder, &origin, grid.spacing, grid.bricks[0], grid.bricks[1],
+                                   grid.bricks[2], grid.stored_bricks, grid.bone, grid.max_error);
+    }
     const auto tool_version = builder.CreateString(info.tool_version);
     const auto inputs_at = builder.CreateVector(inputs);
     const auto groups_at = builder.CreateVector(groups);
@@ -102,6 +109,7 @@ Result<std::vector<std::byte>> serialise_asset(const AssetInfo& info, const Asse
     asset.add_mesh_vertex_count(info.mesh_vertex_count);
     asset.add_mesh_triangle_count(info.mesh_triangle_count);
     asset.add_mesh_topology_hash(&topology);
+    asset.add_distance_grid(distance_grid);
     asset.add_bounds_min(&bounds_min);
     asset.add_bounds_max(&bounds_max);
 #define X(field, element, domain, components, presence, target, unit, meaning) \

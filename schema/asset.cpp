@@ -30,6 +30,14 @@ std::uint64_t domain_count(const AssetInfo& info, Domain domain) {
             return info.mesh_vertex_count;
         case Domain::mesh_triangle:
             return info.mesh_triangle_count;
+        case Domain::brick: {
+            const auto& n = info.distance_grid.bricks;
+            return std::uint64_t{n[0]} * n[1] * n[2];
+        }
+        case Domain::brick_node:
+            return std::uint64_t{info.distance_grid.stored_bricks} * kBrickNodes;
+        case Domain::stored_brick:
+            return info.distance_grid.stored_bricks;
     }
     return 0;
 }

@@ -67,6 +67,17 @@ struct AssetCollider {
     std::uint32_t bone = 0;         // that carries it; 0 when the asset has no bones
 };
 
+// Signed distances to the mesh in groom space on a sparse grid; absent when bricks are 0. Node (0,
+// 0, 0) of brick (0, 0, 0) stands at origin; layout of a brick: schema/layout.h.
+struct DistanceGridInfo {
+    std::array<float, 3> origin{};          // m
+    float spacing = 0;                      // m between nodes
+    std::array<std::uint32_t, 3> bricks{};  // along x, y, z
+    std::uint32_t stored_bricks = 0;
+    std::uint32_t bone = 0;  // that carries it; 0 when the asset has no bones
+    float max_error = 0;     // m, measured at the mesh and half-way between nodes
+};
+
 // A file the bake read: its role, its name without folder, the hash of its content.
 struct InputRecord {
     std::string role;  // "curves", "mesh", "bones"
@@ -86,6 +97,7 @@ struct AssetInfo {
     std::vector<GroupInfo> groups;   // at least one
     std::vector<std::string> bones;  // empty: one rigid motion carries everything
     std::vector<AssetCollider> colliders;
+    DistanceGridInfo distance_grid;
 
     std::uint32_t tile_count = 0;      // multiple of kQuadTiles
     std::uint32_t row_count = 0;       // = tile_first_row[tile_count]

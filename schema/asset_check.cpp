@@ -16,6 +16,12 @@ constexpr float kWeightSumTolerance = 1e-4f;
 // A root lies in its triangle up to the rounding of its barycentrics.
 constexpr float kBarycentricTolerance = 1e-4f;
 
+// Stands for "none" in the fields that may say so.
+constexpr std::uint32_t kNone = 0xffffffffu;
+static_assert(kNone == kNoStrand && kNone == kNoBrick);
+// Bricks along one side of a distance grid: keeps their product far from overflow.
+constexpr std::uint32_t kMostBricks = 4096;
+
 struct Check {
     const AssetInfo& info;
     const AssetFields& fields;
@@ -56,12 +62,12 @@ struct Check {
         if (field.target == Domain::none) return {};
         const std::uint64_t count = domain_count(info, field.target);
         std::uint32_t largest = 0;
-        const bool may_be_none = field.name == "guide_strand";
+        const bool may_be_none = field.name == "guide_strand" || field.name == "grid_brick";
         for (const std::uint32_t value : values)
-            largest = std::max(largest, may_be_none && value == kNoStrand ? 0u : value);
+            largest = std::max(largest, may_be_none && value == kNone ? 0u : value);
         if (values.empty() || (largest < count)) return {};
         for (std::size_t i = 0; i < values.size(); ++i)
-            if (values[i] >= count && !(may_be_none && values[i] == kNoStrand))
+            if (values[i] >= count && !(may_be_none && values[i] == kNone))
                 return error(field.name, "[", i, "] is ", values[i], ", outside the ", count,
                              " it points into");
         return error(field.name, " points into nothing");
@@ -95,6 +101,7 @@ struct Check {
     }
 
     Result<void> info_ranges() const;
+    Result<void> distance_grid() const;
     Result<void> tiles() const;
     Result<void> render_strands() const;
     Result<void> mesh() const;
@@ -157,6 +164,28 @@ Result<void> Check::info_ranges() const {
     for (int axis = 0; axis < 3; ++axis)
         if (!std::isfinite(info.bounds_min[axis]) || !std::isfinite(info.bounds_max[axis]))
             return error("the bounds are not finite");
+    return {};
+}
+
+Result<void> Check::distance_grid() const {
+    const DistanceGridInfo& grid = info.distance_grid;
+    if (auto ok = together("grid_brick", fields.grid_brick, "grid_distance", fields.grid_distance);
+        !ok)
+        return ok;
+    if (fields.grid_brick.empty()) return {};
+    bool finite = std::isfinite(grid.spacing) && grid.spacing > 0 &&
+                  std::isfinite(grid.max_error) && grid.max_error >= 0;
+    for (const float coordinate : grid.origin) finite = finite && std::isfinite(coordinate);
+    if (!finite)
+        return error("distance_grid needs a finite origin and a spacing > 0, it has ",
+                     grid.spacing);
+    for (const std::uint32_t count : grid.bricks)
+        if (count > kMostBricks)
+            return error("distance_grid has ", count, " bricks along a side; ", kMostBricks,
+                         " are possible");
+    if (grid.bone >= std::max<std::size_t>(1, info.bones.size()))
+        return error("distance_grid.bone is ", grid.bone, ", outside the ", info.bones.size(),
+                     " bones");
     return {};
 }
 
@@ -331,6 +360,7 @@ Result<void> check_asset(const AssetInfo& info, const AssetFields& fields,
         if (result) result = check.numbers(field, values);
     });
     if (result) result = check.info_ranges();
+    if (result) result = check.distance_grid();
     if (result) result = check.tiles();
     if (result) result = check.render_strands();
     if (result) result = check.mesh();

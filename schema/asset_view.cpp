@@ -88,6 +88,13 @@ AssetInfo to_info(const fb::Asset& asset) {
     for (const fb::Collider* collider : *asset.colliders())
         info.colliders.push_back({to_array(*collider->a()), to_array(*collider->b()),
                                   collider->radius(), collider->bone()});
+    if (const fb::DistanceGrid* grid = asset.distance_grid())
+        info.distance_grid = {to_array(*grid->origin()),
+                              grid->spacing(),
+                              {grid->bricks_x(), grid->bricks_y(), grid->bricks_z()},
+                              grid->stored_bricks(),
+                              grid->bone(),
+                              grid->max_error()};
     info.tile_count = asset.tile_count();
     info.row_count = asset.row_count();
     info.guide_count = asset.guide_count();

@@ -38,7 +38,10 @@ enum class Domain {
     group,         // index target only
     bone,          // index target only
     mesh_vertex,   // index target only: vertices of the source mesh
-    mesh_triangle  // index target only: triangles of the source mesh
+    mesh_triangle, // index target only: triangles of the source mesh
+    brick,         // bricks of the distance grid, x fastest, stored or not
+    brick_node,    // stored bricks x 125 nodes
+    stored_brick   // index target only
 };
 
 enum class Presence { always, optional };
@@ -74,7 +77,9 @@ enum class Presence { always, optional };
     X(mesh_uv,           float,         vertex,      2, optional, none,          "1", "texture coordinate of a stored mesh vertex")                               \
     X(mesh_vertex_source,std::uint32_t, vertex,      1, optional, mesh_vertex,   "1", "its number in the source mesh; absent: the same")                          \
     X(mesh_triangle,     std::uint32_t, triangle,    3, optional, vertex,        "1", "stored vertices of a stored triangle")                                     \
-    X(mesh_triangle_source, std::uint32_t, triangle, 1, optional, mesh_triangle, "1", "its number in the source mesh, ascending; absent: the same")
+    X(mesh_triangle_source, std::uint32_t, triangle, 1, optional, mesh_triangle, "1", "its number in the source mesh, ascending; absent: the same") \
+    X(grid_brick,        std::uint32_t, brick,       1, optional, stored_brick,  "1", "stored brick of the distance grid; kNoBrick: all of it lies outside the mesh") \
+    X(grid_distance,     float,         brick_node,  1, optional, none,          "m", "signed distance of a node to the mesh, negative inside")
 // clang-format on
 
 // The fields as spans, member for member as listed above; an absent field is empty. Written by

@@ -34,6 +34,12 @@ inline constexpr std::uint32_t kBakeMaxPoints = 1024;
 
 inline constexpr std::uint32_t kNoStrand = 0xffffffffu;
 
+// Distance grids are stored in bricks of kBrickCells^3 cells with (kBrickCells + 1)^3 nodes, so that
+// no cell reaches into another brick; node (x, y, z) of a brick at ((z * 5) + y) * 5 + x.
+inline constexpr std::uint32_t kBrickCells = 4;
+inline constexpr std::uint32_t kBrickNodes = 125;
+inline constexpr std::uint32_t kNoBrick = 0xffffffffu;
+
 constexpr std::size_t scalar_index(std::size_t row, std::size_t lane) {
     return row * kTileLanes + lane;
 }

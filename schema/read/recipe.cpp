@@ -134,6 +134,9 @@ Result<void> check_together(const TypedJson& json, const Recipe& recipe) {
         return json.wrong("colliders", "there is no `mesh` to fit colliders to; write \"none\"");
     if (recipe.push_out)
         return json.wrong("push_out", "there is no `mesh` to push strands out of; write false");
+    if (recipe.distance_grid)
+        return json.wrong("distance_grid",
+                          "there is no `mesh` to measure distances to; leave it out");
     return {};
 }
 
@@ -203,6 +206,10 @@ Result<Recipe> parse_recipe(const std::string& text, const std::string& name,
     if (auto ok = read_groups(json, in, out); !ok) return ok.error();
     if (in.colliders()) out.colliders = same_word<ColliderMethod>(*in.colliders());
     if (in.push_out()) out.push_out = *in.push_out();
+    if (const fb::DistanceGrid* grid = in.distance_grid()) {
+        out.distance_grid = true;
+        if (grid->spacing()) out.distance_grid_spacing = *grid->spacing();
+    }
     if (auto ok = check_together(json, out); !ok) return ok.error();
     out.defaulted = defaulted_fields(in);
     return out;

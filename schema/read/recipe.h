@@ -53,6 +53,8 @@ struct Recipe {
     std::vector<GroupRecipe> groups;
     ColliderMethod colliders = ColliderMethod::none;
     bool push_out = false;
+    bool distance_grid = false;                   // store signed distances to the mesh
+    std::optional<double> distance_grid_spacing;  // m; absent: from the size of the body
     // Fields that the recipe left to their default, as paths, for --explain.
     std::vector<std::string> defaulted;
 };

@@ -51,10 +51,14 @@ bool is_tiled(Domain domain) { return domain == Domain::lane || domain == Domain
 
 // An item of a and its counterpart in b.
 struct Pair {
-    std::uint32_t owner_a, owner_b;  // strand, guide (lane index), vertex or triangle
+    std::uint32_t owner_a, owner_b;  // strand, guide (lane index), vertex, triangle or brick
     std::size_t a, b;                // item within its domain: schema/layout.h's scalar index
     std::uint32_t point = kNoMatch;  // of point and row domains
 };
+
+bool same_lattice(const DistanceGridInfo& a, const DistanceGridInfo& b) {
+    return a.origin == b.origin && a.spacing == b.spacing && a.bricks == b.bricks;
+}
 
 std::size_t element_index(Domain domain, std::size_t item, std::size_t components, std::size_t c) {
     return is_tiled(domain) ? vector_index(item / kTileLanes, components, c, item % kTileLanes)
@@ -202,6 +206,22 @@ void Comparer::for_each_pair(Domain domain, Visit&& visit) const {
                     visit(Pair{i, j, scalar_index(row_a + p, i % kTileLanes),
                                scalar_index(row_b + p, j % kTileLanes), p});
             });
+        case Domain::brick:
+        case Domain::brick_node: {
+            // Bricks answer to each other when both grids have the same lattice.
+            const AssetFields &fa = a_.fields(), &fb = b_.fields();
+            if (!same_lattice(a_.info().distance_grid, b_.info().distance_grid)) return;
+            for (std::uint32_t i = 0; i < fa.grid_brick.size(); ++i) {
+                if (domain == Domain::brick) {
+                    itself(i, i);
+                } else if (fa.grid_brick[i] != kNoBrick && fb.grid_brick[i] != kNoBrick) {
+                    for (std::size_t n = 0; n < kBrickNodes; ++n)
+                        visit(Pair{i, i, std::size_t{fa.grid_brick[i]} * kBrickNodes + n,
+                                   std::size_t{fb.grid_brick[i]} * kBrickNodes + n});
+                }
+            }
+            return;
+        }
         default:
             return;
     }
@@ -230,6 +250,9 @@ std::string Comparer::item_name(Domain domain, std::uint32_t owner) const {
             return "vertex " + std::to_string(source(fields.mesh_vertex_source, owner));
         case Domain::triangle:
             return "triangle " + std::to_string(source(fields.mesh_triangle_source, owner));
+        case Domain::brick:
+        case Domain::brick_node:
+            return "brick " + std::to_string(owner) + " of the distance grid";
         default:
             return "strand " + std::to_string(fields.strand_id[owner]);
     }
@@ -270,6 +293,8 @@ void Comparer::describe_index(const AssetView& asset, Domain target, std::uint32
             return numbers.push_back(source(fields.mesh_vertex_source, index));
         case Domain::triangle:
             return numbers.push_back(source(fields.mesh_triangle_source, index));
+        case Domain::stored_brick:  // where it is stored does not matter, only whether
+            return numbers.push_back(index == kNoBrick ? 0 : 1);
         default:
             return numbers.push_back(index);
     }
@@ -900,6 +925,20 @@ void Comparer::compare_info(Report& report) const {
             report.settings.push_back({"bones", "in one order", "in another"});
     }
     compare_colliders(report.settings);
+    if (!a_.fields().grid_brick.empty() && !b_.fields().grid_brick.empty()) {
+        compare_value("distance_grid.origin", a.distance_grid.origin, b.distance_grid.origin,
+                      report.settings);
+        compare_value("distance_grid.spacing", a.distance_grid.spacing, b.distance_grid.spacing,
+                      report.settings);
+        const auto counts = [](const std::array<std::uint32_t, 3>& n) {
+            return std::to_string(n[0]) + " x " + std::to_string(n[1]) + " x " +
+                   std::to_string(n[2]);
+        };
+        compare_value("distance_grid.bricks", counts(a.distance_grid.bricks),
+                      counts(b.distance_grid.bricks), report.settings);
+        compare_value("distance_grid.bone", a.distance_grid.bone, b.distance_grid.bone,
+                      report.settings);
+    }
 
     compare_value("recipe", a.recipe_hash, b.recipe_hash, report.recipe);
     const auto label = [](const InputRecord& input) { return input.role + " " + input.name; };

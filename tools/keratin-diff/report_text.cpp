@@ -84,6 +84,10 @@ std::string_view items_of(std::string_view field) {
                 return "stored vertices";
             case Domain::triangle:
                 return "stored triangles";
+            case Domain::brick:
+                return "bricks";
+            case Domain::brick_node:
+                return "grid nodes";
             default:
                 return "strands";
         }

@@ -102,6 +102,8 @@ const std::map<std::string, std::function<void(FullAsset&)>>& injections() {
         {"mesh_vertex_source", [](FullAsset& a) { a.mesh_vertex_source[4] = 5; }},
         {"mesh_triangle", [](FullAsset& a) { a.mesh_triangle[8] = 3; }},
         {"mesh_triangle_source", [](FullAsset& a) { a.mesh_triangle_source[2] = 4; }},
+        {"grid_brick", [](FullAsset& a) { a.grid_brick[1] = kNoBrick; }},
+        {"grid_distance", [](FullAsset& a) { a.grid_distance[kBrickNodes + 7] += kMillimetre; }},
     };
     return all;
 }

@@ -41,6 +41,10 @@ FullAsset full_asset() {
     a.mesh_triangle = {0, 1, 2, 1, 3, 2, 0, 2, 4};
     a.mesh_triangle_source = {0, 2, 3};
 
+    a.info.distance_grid = {{0, 0, 0}, 0.01f, {2, 1, 1}, 2, 0, 1e-4f};
+    a.grid_brick = {0, 1};
+    a.grid_distance.assign(2 * kBrickNodes, 0.05f);
+
     const std::size_t lanes = a.guide_strand.size(), strands = a.strand_id.size();
     a.guide_density.assign(a.guide_length.size(), 40);
     a.guide_bone.assign(lanes * 4, 0);

@@ -1,0 +1,184 @@
+#include "bake/stage/distance_grid.h"
+
+#include "bake/stage/mesh_tree.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+namespace keratin {
+namespace {
+
+constexpr double kDefaultCells = 64;  // along the longest side of the reachable body
+constexpr std::uint32_t kMostBricks = 1u << 24;
+constexpr std::uint32_t kNodesPerSide = kBrickCells + 1;
+static_assert(kNodesPerSide * kNodesPerSide * kNodesPerSide == kBrickNodes);
+
+// The mesh near the hair: its box cut by the box of all places that a strand can reach.
+Eigen::AlignedBox3d reachable_box(const RawMesh& mesh, const Groom& groom) {
+    Eigen::AlignedBox3d body, reach;
+    for (const auto& triangle : mesh.triangle)
+        for (const std::uint32_t v : triangle) body.extend(mesh.position[v]);
+    for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+        const auto points = groom.points(s);
+        const Vec3 length = Vec3::Constant(polyline_length(points));
+        reach.extend(points.front() - length);
+        reach.extend(points.front() + length);
+    }
+    return body.intersection(reach);
+}
+
+std::uint32_t main_bone(const Carriers& carriers) {
+    std::vector<double> weight(std::max<std::size_t>(1, carriers.bones.size()), 0.0);
+    for (std::size_t s = 0; s < carriers.bone.size(); ++s)
+        for (std::size_t k = 0; k < 4; ++k) weight[carriers.bone[s][k]] += carriers.weight[s][k];
+    return static_cast<std::uint32_t>(std::max_element(weight.begin(), weight.end()) -
+                                      weight.begin());
+}
+
+struct Lattice {
+    Vec3 origin;
+    double spacing;
+    std::array<std::uint32_t, 3> bricks;
+
+    std::size_t brick_count() const { return std::size_t{bricks[0]} * bricks[1] * bricks[2]; }
+    Vec3 corner(std::size_t brick) const {
+        const Vec3 at(static_cast<double>(brick % bricks[0]),
+                      static_cast<double>(brick / bricks[0] % bricks[1]),
+                      static_cast<double>(brick / bricks[0] / bricks[1]));
+        return origin + spacing * kBrickCells * at;
+    }
+    Vec3 node(std::size_t brick, std::uint32_t i) const {
+        return corner(brick) + spacing * Vec3(i % kNodesPerSide, i / kNodesPerSide % kNodesPerSide,
+                                              i / (kNodesPerSide * kNodesPerSide));
+    }
+};
+
+// Distance errors at the middle of the cells that the surface crosses.
+void measure_cells(const Lattice& lattice, std::size_t brick, const float* nodes,
+                   const MeshTree& tree, std::vector<double>& errors) {
+    const double diagonal = std::sqrt(3.0) * lattice.spacing;
+    for (std::uint32_t z = 0; z < kBrickCells; ++z)
+        for (std::uint32_t y = 0; y < kBrickCells; ++y)
+            for (std::uint32_t x = 0; x < kBrickCells; ++x) {
+                const Vec3 middle(x + 0.5, y + 0.5, z + 0.5);
+                const double found = interpolate_brick(nodes, middle);
+                if (std::abs(found) > 0.5 * diagonal) continue;
+                const double exact =
+                    tree.signed_distance(lattice.corner(brick) + lattice.spacing * middle);
+                errors.push_back(std::abs(found - exact));
+            }
+}
+
+}  // namespace
+
+double interpolate_brick(const float* nodes, const Vec3& at) {
+    std::array<std::uint32_t, 3> cell;
+    Vec3 f;
+    for (int axis = 0; axis < 3; ++axis) {
+        cell[axis] = std::min(static_cast<std::uint32_t>(at[axis]), kBrickCells - 1);
+        f[axis] = at[axis] - cell[axis];
+    }
+    double sum = 0;
+    for (std::uint32_t corner = 0; corner < 8; ++corner) {
+        const std::uint32_t x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
+        const double weight = (x ? f[0] : 1 - f[0]) * (y ? f[1] : 1 - f[1]) * (z ? f[2] : 1 - f[2]);
+        sum += weight *
+               nodes[((cell[2] + z) * kNodesPerSide + cell[1] + y) * kNodesPerSide + cell[0] + x];
+    }
+    return sum;
+}
+
+Result<BakedDistanceGrid> make_distance_grid(const RawMesh& mesh, const Groom& groom,
+                                             const Carriers& carriers, const Recipe& recipe) {
+    BakedDistanceGrid out;
+    const Eigen::AlignedBox3d box = reachable_box(mesh, groom);
+    if (box.isEmpty()) return out;
+    const double longest = box.sizes().maxCoeff();
+    const double spacing =
+        static_cast<float>(recipe.distance_grid_spacing.value_or(longest / kDefaultCells));
+
+    // A margin of one cell, so that the surface of the box's sides is covered too.
+    Lattice lattice{
+        (box.min() - Vec3::Constant(spacing)).cast<float>().cast<double>(), spacing, {}};
+    double bricks = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double count = std::ceil((box.sizes()[axis] + 2 * spacing) / (spacing * kBrickCells));
+        lattice.bricks[axis] =
+            static_cast<std::uint32_t>(std::min<double>(std::max(count, 1.0), kMostBricks));
+        bricks *= std::max(count, 1.0);
+    }
+    if (bricks > kMostBricks)
+        return Error{ErrorCode::input, recipe.file,
+                     "distance_grid.spacing: " + std::to_string(spacing) + " m makes " +
+                         std::to_string(bricks) + " bricks for a body of " +
+                         std::to_string(longest) + " m; write at least " +
+                         std::to_string(spacing * std::cbrt(bricks / kMostBricks) * 1.01)};
+
+    std::vector<std::uint32_t> all(mesh.triangle.size());
+    std::iota(all.begin(), all.end(), 0u);
+    const MeshTree tree(mesh, all);
+    const auto brick_count = static_cast<std::ptrdiff_t>(lattice.brick_count());
+    const double half = 0.5 * kBrickCells * spacing, half_diagonal = std::sqrt(3.0) * half,
+                 band = std::sqrt(3.0) * spacing;
+    std::vector<std::uint8_t> needed(lattice.brick_count());
+#pragma omp parallel for schedule(dynamic, 64)
+    for (std::ptrdiff_t b = 0; b < brick_count; ++b)
+        needed[b] =
+            tree.signed_distance(lattice.corner(b) + Vec3::Constant(half)) < half_diagonal + band;
+
+    std::vector<std::uint32_t> stored;
+    out.brick.assign(lattice.brick_count(), kNoBrick);
+    for (std::size_t b = 0; b < needed.size(); ++b) {
+        if (!needed[b]) continue;
+        out.brick[b] = static_cast<std::uint32_t>(stored.size());
+        stored.push_back(static_cast<std::uint32_t>(b));
+    }
+    out.distance.resize(stored.size() * kBrickNodes);
+    std::vector<std::vector<double>> cell_errors(stored.size());
+#pragma omp parallel for schedule(dynamic, 16)
+    for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(stored.size()); ++i) {
+        float* nodes = out.distance.data() + i * kBrickNodes;
+        for (std::uint32_t n = 0; n < kBrickNodes; ++n)
+            nodes[n] = static_cast<float>(tree.signed_distance(lattice.node(stored[i], n)));
+        measure_cells(lattice, stored[i], nodes, tree, cell_errors[i]);
+    }
+
+    std::vector<double> errors;
+    for (const auto& some : cell_errors) errors.insert(errors.end(), some.begin(), some.end());
+    for (const Vec3& vertex : mesh.position) {
+        const Vec3 at = (vertex - lattice.origin) / (spacing * kBrickCells);
+        if ((at.array() < 0).any()) continue;
+        const std::array<std::size_t, 3> brick{static_cast<std::size_t>(at[0]),
+                                               static_cast<std::size_t>(at[1]),
+                                               static_cast<std::size_t>(at[2])};
+        if (brick[0] >= lattice.bricks[0] || brick[1] >= lattice.bricks[1] ||
+            brick[2] >= lattice.bricks[2])
+            continue;
+        const std::uint32_t index =
+            out.brick[(brick[2] * lattice.bricks[1] + brick[1]) * lattice.bricks[0] + brick[0]];
+        if (index == kNoBrick) continue;
+        const Vec3 in_brick = (at - at.array().floor().matrix()) * kBrickCells;
+        errors.push_back(std::abs(
+            interpolate_brick(out.distance.data() + std::size_t{index} * kBrickNodes, in_brick) -
+            tree.signed_distance(vertex)));
+    }
+    out.measured = {spacing, lattice.brick_count(), stored.size(), spread_of(std::move(errors))};
+    if (stored.empty()) {
+        out.brick.clear();
+        return out;
+    }
+    for (int axis = 0; axis < 3; ++axis)
+        out.info.origin[axis] = static_cast<float>(lattice.origin[axis]);
+    out.info.spacing = static_cast<float>(spacing);
+    out.info.bricks = lattice.bricks;
+    out.info.stored_bricks = static_cast<std::uint32_t>(stored.size());
+    out.info.bone = main_bone(carriers);
+    out.info.max_error = static_cast<float>(out.measured.error.max);
+    return out;
+}
+
+}  // namespace keratin
