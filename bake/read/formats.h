@@ -36,6 +36,17 @@ Result<RawGroom> read_gltf_curves(std::string_view bytes, const std::string& fil
 // allows), or nothing.
 std::optional<Error> find_gltf_mesh_fault(std::string_view bytes, const std::string& file);
 
+// Curves of an Alembic file (Ogawa; one with HDF5 inside is refused by name), in the order of the
+// file, placed by their parents' transforms, the sample nearest to `time` (s).
+//   Linear curves are polylines. Cubic ones are NURBS: B-splines with the file's knots or evenly
+//   spaced ones, Bezier pieces, Catmull-Rom (from the second point to the last but one). Curves of
+//   variable order need orders and knots. Weights are taken as they are: points are not divided.
+//   `width`, `uv` and Unreal's groom attributes (groom_width, _root_uv, _id, _group_id,
+//   _group_name, _guide, _closest_guides, _guide_weights) become channels; the groups are the group
+//   ids or names, else the objects.
+// Not read: instances, Hermite and power bases.
+Result<RawGroom> read_alembic(std::string_view bytes, const std::string& file, double time);
+
 // TressFX bindings of strands to triangles.
 Result<RawBinding> read_tfxskin(std::string_view bytes, const std::string& file);
 

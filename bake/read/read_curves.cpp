@@ -34,7 +34,7 @@ std::string ending_of(const std::string& path) {
     return ending;
 }
 
-constexpr std::string_view kKnown = "known: .tfx, .obj, .hair, .data, .gltf, .glb";
+constexpr std::string_view kKnown = "known: .tfx, .obj, .hair, .data, .gltf, .glb, .abc";
 
 // Reads the buffers that lie beside a glTF file, and notes them.
 Result<RawGroom> read_gltf_beside(std::string_view bytes, const std::string& path) {
@@ -52,8 +52,9 @@ Result<RawGroom> read_gltf_beside(std::string_view bytes, const std::string& pat
 }
 
 // What a file's first bytes say goes before its ending.
-Result<RawGroom> read_by_kind(const std::string& path, std::string_view bytes) {
+Result<RawGroom> read_by_kind(const std::string& path, std::string_view bytes, double time) {
     const std::string ending = ending_of(path);
+    if (bytes.starts_with("Ogawa") || ending == ".abc") return read_alembic(bytes, path, time);
     if (bytes.starts_with("HAIR")) return read_hair(bytes, path);
     if (bytes.starts_with("glTF") || ending == ".gltf") return read_gltf_beside(bytes, path);
     if (ending == ".tfx") return read_tfx(bytes, path);
@@ -67,10 +68,10 @@ Result<RawGroom> read_by_kind(const std::string& path, std::string_view bytes) {
 
 }  // namespace
 
-Result<RawGroom> read_curves(const std::string& path) {
+Result<RawGroom> read_curves(const std::string& path, double time) {
     const auto mapped = MappedFile::open(path);
     if (!mapped) return mapped.error();
-    auto groom = read_by_kind(path, text_of(*mapped));
+    auto groom = read_by_kind(path, text_of(*mapped), time);
     if (!groom || !groom->curves.empty()) return groom;
     if (groom->problems.empty()) return Error{ErrorCode::input, path, "the file holds no curves"};
     const CurveProblem& first = groom->problems.front();

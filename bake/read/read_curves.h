@@ -5,6 +5,7 @@
 //   .hair         Cem Yuksel's
 //   .data         USC-HairSalon
 //   .gltf .glb    lines and line strips
+//   .abc          Alembic curves
 #pragma once
 
 #include "bake/raw_groom.h"
@@ -16,8 +17,9 @@ namespace keratin {
 
 // Errors: io: the file is missing or unreadable. input: the file is damaged, or holds not one
 // usable curve. unsupported: the format is not known or not in this build.
+// Of a file that moves, the sample nearest to `time` (s) is taken; only Alembic can move.
 // Curves that are unusable in a file that is otherwise sound are listed in RawGroom::problems.
-Result<RawGroom> read_curves(const std::string& path);
+Result<RawGroom> read_curves(const std::string& path, double time = 0);
 
 // A .tfxbone file: bones by name, four bones and weights a strand.
 Result<RawSkin> read_skin(const std::string& path);
