@@ -20,9 +20,9 @@ struct Outcome {
     std::string text;
 };
 // What the program writes to stdout, or with "2>&1 >/dev/null" in the arguments to stderr.
-Outcome run(const std::string& arguments) {
+Outcome run(const std::string& arguments, const std::string& before = "") {
     Outcome outcome;
-    std::FILE* pipe = popen(("'" KERATIN_VIEW_PROGRAM "' " + arguments).c_str(), "r");
+    std::FILE* pipe = popen((before + " '" KERATIN_VIEW_PROGRAM "' " + arguments).c_str(), "r");
     REQUIRE(pipe);
     std::array<char, 4096> buffer;
     while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
@@ -97,6 +97,41 @@ TEST_CASE("keratin-view draws frames of a run, one or as a sheet, in the solver'
     CHECK(view::read_image(png)->width > 60);
     const auto all = run(cache + " -o " + png + kQuick + " --json --sheet 9");
     CHECK(nlohmann::json::parse(all.text)["frames"].size() == 4);
+}
+
+TEST_CASE("a film gets every frame, and is left behind only when it is whole") {
+    const Folder folder("film");
+    test::write_small_asset(folder.file("a.kera"));
+    test::write_small_run(folder.file("a.kera"), folder.file("a.kcache"));
+    const std::string arguments =
+        folder.file("a.kcache") + kQuick + " --quiet --film " + folder.file("a.mp4");
+    // Stands for ffmpeg: keeps what it is given in the file that it is asked for.
+    const auto install = [&](const std::string& script) {
+        std::filesystem::create_directories(folder.path / "bin");
+        std::ofstream(folder.file("bin/ffmpeg")) << "#!/bin/sh\n" << script;
+        std::filesystem::permissions(folder.file("bin/ffmpeg"), std::filesystem::perms::owner_all);
+    };
+    const auto files = [&] {
+        return std::distance(std::filesystem::directory_iterator(folder.path), {});
+    };
+    const auto before = files();
+    const auto missing = run(arguments + " 2>&1", "PATH=/nowhere");
+    CHECK(missing.code == 2);
+    CHECK(missing.text.find("apt-get install ffmpeg") != std::string::npos);
+    CHECK(files() == before);
+
+    install("for last; do :; done; cat > \"$last\"\n");
+    const std::string path = "PATH=" + folder.path.string() + "/bin:$PATH";
+    CHECK(run(arguments, path).code == 0);
+    CHECK(std::filesystem::file_size(folder.file("a.mp4")) == 4 * 60 * 40 * 3);
+    CHECK(run(arguments + " --every 2", path).code == 0);
+    CHECK(std::filesystem::file_size(folder.file("a.mp4")) == 2 * 60 * 40 * 3);
+    std::filesystem::remove(folder.file("a.mp4"));
+
+    install("cat > /dev/null; exit 1\n");
+    CHECK(run(arguments, path).code == 2);
+    CHECK_FALSE(std::filesystem::exists(folder.file("a.mp4")));
+    CHECK(files() == before + 1);  // bin
 }
 
 TEST_CASE("keratin-view refuses wrong use with exit code 2, one line and no picture") {
