@@ -2,6 +2,7 @@
 
 #include "bake/read/bytes.h"
 #include "bake/read/formats.h"
+#include "bake/read/occt/iges_step.h"
 
 #include <algorithm>
 #include <cctype>
@@ -34,7 +35,8 @@ std::string ending_of(const std::string& path) {
     return ending;
 }
 
-constexpr std::string_view kKnown = "known: .tfx, .obj, .hair, .data, .gltf, .glb, .abc";
+constexpr std::string_view kKnown =
+    "known: .tfx, .obj, .hair, .data, .gltf, .glb, .abc, .iges, .igs, .step, .stp";
 
 // Reads the buffers that lie beside a glTF file, and notes them.
 Result<RawGroom> read_gltf_beside(std::string_view bytes, const std::string& path) {
@@ -51,6 +53,15 @@ Result<RawGroom> read_gltf_beside(std::string_view bytes, const std::string& pat
     return groom;
 }
 
+Result<RawGroom> read_cad(const std::string& path, [[maybe_unused]] CadFormat format) {
+#ifdef KERATIN_WITH_OCCT
+    return read_cad_curves(path, format);
+#else
+    return Error{ErrorCode::unsupported, path,
+                 "IGES and STEP are read only by builds with KERATIN_WITH_OCCT"};
+#endif
+}
+
 // What a file's first bytes say goes before its ending.
 Result<RawGroom> read_by_kind(const std::string& path, std::string_view bytes, double time) {
     const std::string ending = ending_of(path);
@@ -61,6 +72,8 @@ Result<RawGroom> read_by_kind(const std::string& path, std::string_view bytes, d
     if (ending == ".obj") return read_obj_curves(bytes, path);
     if (ending == ".data") return read_usc_data(bytes, path);
     if (ending == ".hair") return read_hair(bytes, path);
+    if (ending == ".igs" || ending == ".iges") return read_cad(path, CadFormat::iges);
+    if (ending == ".stp" || ending == ".step") return read_cad(path, CadFormat::step);
     std::string what = ending.empty() ? "the name has no ending that tells the format"
                                       : '"' + ending + "\" is not a known format of curves";
     return Error{ErrorCode::unsupported, path, what + " (" + std::string(kKnown) + ')'};

@@ -6,6 +6,7 @@
 //   .data         USC-HairSalon
 //   .gltf .glb    lines and line strips
 //   .abc          Alembic curves
+//   .igs .iges .stp .step   NURBS curves, in builds with KERATIN_WITH_OCCT
 #pragma once
 
 #include "bake/raw_groom.h"
