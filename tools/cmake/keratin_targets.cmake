@@ -13,6 +13,10 @@ target_compile_options(keratin_options INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   -ffp-contract=off -fno-math-errno -fvisibility=hidden -fvisibility-inlines-hidden
   $<$<BOOL:${KERATIN_WERROR}>:-Werror>)
+if(KERATIN_WITH_FUZZ)
+  target_compile_options(keratin_options INTERFACE -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+  target_link_options(keratin_options INTERFACE -fsanitize=address,undefined)
+endif()
 if(KERATIN_SANITIZE)
   target_compile_options(keratin_options INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
   target_link_options(keratin_options INTERFACE -fsanitize=address,undefined)

@@ -1,0 +1,19 @@
+// What the fuzzers and the replay run: each reader on bytes that it must not believe. A result that
+// breaks a reader's promises aborts, so that it is found like a crash.
+#pragma once
+
+#include <string_view>
+
+namespace keratin::fuzz {
+
+void run_alembic(std::string_view bytes);
+void run_gltf(std::string_view bytes);
+void run_hair(std::string_view bytes);
+void run_obj_curves(std::string_view bytes);
+void run_obj_mesh(std::string_view bytes);
+void run_tfx(std::string_view bytes);
+void run_tfxbone(std::string_view bytes);
+void run_tfxskin(std::string_view bytes);
+void run_usc_data(std::string_view bytes);
+
+}  // namespace keratin::fuzz
