@@ -34,11 +34,6 @@ const FieldDescription* find_description(std::string_view name) {
     return nullptr;
 }
 
-bool is_length(std::string_view name) {
-    const FieldDescription* field = find_description(name);
-    return field && field->is_float && field->unit == "m";
-}
-
 Section section_of(std::string_view name) {
     for (const Other& other : kAfter)
         if (other.name == name) return other.section;
@@ -94,6 +89,15 @@ std::string_view name_of(Section section) {
     return "";
 }
 
+std::vector<Subject> asset_subjects() {
+    std::vector<Subject> subjects;
+    for (const std::string& name : finding_names()) {
+        const FieldDescription* field = find_description(name);
+        subjects.push_back({name, section_of(name), field && field->is_float ? field->unit : ""});
+    }
+    return subjects;
+}
+
 std::vector<std::string> finding_names() {
     std::vector<std::string> names(std::begin(kBefore), std::end(kBefore));
     for (const FieldDescription& field : kAssetFields) names.emplace_back(field.name);
@@ -101,10 +105,10 @@ std::vector<std::string> finding_names() {
     return names;
 }
 
-Tolerances::Tolerances() {
-    for (const std::string& name : finding_names()) {
+Tolerances::Tolerances(std::vector<Subject> subjects) : subjects_(std::move(subjects)) {
+    for (const Subject& subject : subjects_) {
         Limits limits;
-        (section_of(name) == Section::origin ? limits.warn : limits.fail) = 0;
+        (subject.section == Section::origin ? limits.warn : limits.fail) = 0;
         limits_.push_back(limits);
     }
     is_set_.assign(limits_.size(), false);
@@ -115,7 +119,7 @@ struct Tolerances::Setting {
     double value = 0;
 };
 
-Result<Tolerances::Setting> Tolerances::parse(const std::string& text) {
+Result<Tolerances::Setting> Tolerances::parse(const std::string& text) const {
     const auto wrong = [&](std::string message) {
         return Error{ErrorCode::usage, text, std::move(message)};
     };
@@ -125,15 +129,15 @@ Result<Tolerances::Setting> Tolerances::parse(const std::string& text) {
     const std::string_view pattern = std::string_view(text).substr(0, equals);
     Setting setting;
     bool lengths = true;
-    const std::vector<std::string> names = finding_names();
-    for (std::size_t i = 0; i < names.size(); ++i)
-        if (matches(pattern, names[i])) {
+    for (std::size_t i = 0; i < subjects_.size(); ++i)
+        if (matches(pattern, subjects_[i].name)) {
             setting.names.push_back(i);
-            lengths = lengths && is_length(names[i]);
+            lengths = lengths && subjects_[i].unit == "m";
         }
     if (setting.names.empty()) {
         std::string known;
-        for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
+        for (const Subject& subject : subjects_)
+            known += (known.empty() ? "" : ", ") + subject.name;
         return wrong("no field is called \"" + std::string(pattern) + "\"; there are " + known);
     }
     const char* begin = text.data() + equals + 1;
@@ -177,25 +181,23 @@ Result<void> Tolerances::set_fail(const std::string& text) {
     return {};
 }
 
+Finding Tolerances::judge(std::size_t i, double value) const {
+    Finding finding{subjects_[i].name, subjects_[i].section, subjects_[i].unit, value,
+                    limits_[i],        Severity::same};
+    if (value > finding.limits.fail)
+        finding.severity = Severity::failure;
+    else if (value > finding.limits.warn)
+        finding.severity = Severity::warning;
+    else if (value > 0)
+        finding.severity = Severity::tolerated;
+    return finding;
+}
+
 std::vector<Finding> judge(const Report& report, const Tolerances& tolerances) {
     std::vector<Finding> findings;
     const std::vector<std::string> names = finding_names();
-    for (std::size_t i = 0; i < names.size(); ++i) {
-        Finding finding;
-        finding.name = names[i];
-        finding.section = section_of(names[i]);
-        if (const FieldDescription* field = find_description(names[i]); field && field->is_float)
-            finding.unit = field->unit;
-        finding.value = value_of(report, names[i]);
-        finding.limits = tolerances.limits(i);
-        if (finding.value > finding.limits.fail)
-            finding.severity = Severity::failure;
-        else if (finding.value > finding.limits.warn)
-            finding.severity = Severity::warning;
-        else if (finding.value > 0)
-            finding.severity = Severity::tolerated;
-        findings.push_back(std::move(finding));
-    }
+    for (std::size_t i = 0; i < names.size(); ++i)
+        findings.push_back(tolerances.judge(i, value_of(report, names[i])));
     return findings;
 }
 

@@ -39,7 +39,16 @@ struct Finding {
     Severity severity = Severity::same;
 };
 
-// The names in the order of findings.
+// Something that can differ, and the unit of its value: "" for counts.
+struct Subject {
+    std::string name;
+    Section section = Section::data;
+    std::string_view unit;
+};
+
+// What can differ between two assets, in the order of findings.
+std::vector<Subject> asset_subjects();
+// Their names.
 std::vector<std::string> finding_names();
 
 // Limits as asked for on the command line. Without any, every difference in data and settings
@@ -47,7 +56,7 @@ std::vector<std::string> finding_names();
 // only a warning limit never fails; one with only a failure limit never warns.
 class Tolerances {
   public:
-    Tolerances();
+    explicit Tolerances(std::vector<Subject> subjects = asset_subjects());
 
     // "FIELD=V": FIELD is a name or a pattern with *, V a number in the name's unit; lengths may
     // also be written as 0.5mm or 20um. What is set later holds. Errors (usage): no such name, or
@@ -55,16 +64,19 @@ class Tolerances {
     Result<void> set_warn(const std::string& text);
     Result<void> set_fail(const std::string& text);
 
-    const Limits& limits(std::size_t name) const { return limits_[name]; }
+    // The finding on subject i, given its value.
+    Finding judge(std::size_t i, double value) const;
 
   private:
     struct Setting;
-    static Result<Setting> parse(const std::string& text);
-    std::vector<Limits> limits_;  // as finding_names()
+    Result<Setting> parse(const std::string& text) const;
+    std::vector<Subject> subjects_;
+    std::vector<Limits> limits_;  // as subjects_
     std::vector<bool> is_set_;
 };
 
-// One finding a name, in the order of finding_names(), also where nothing differs.
+// One finding a name, in the order of asset_subjects(), also where nothing differs; of tolerances
+// made for them.
 std::vector<Finding> judge(const Report& report, const Tolerances& tolerances);
 
 }  // namespace keratin::diff

@@ -1,6 +1,7 @@
-// keratin-diff: compares two assets, for people and for build pipelines.
+// keratin-diff: compares two assets or two cached runs, for people and for build pipelines.
 #include "schema/files/write_file.h"
 #include "tools/keratin-diff/compare.h"
+#include "tools/keratin-diff/compare_runs.h"
 #include "tools/keratin-diff/judge.h"
 #include "tools/keratin-diff/report_json.h"
 #include "tools/keratin-diff/report_text.h"
@@ -30,6 +31,9 @@ how many items may differ.
   keratin-diff old.kera new.kera --fail strand_position=0.5mm --warn strand_uv=0.001
   keratin-diff old.kera new.kera --warn 'settings=0' --junit diff.xml
 
+Cached runs are compared frame by frame and point by point; their fields are frames, strands,
+guide_position, strand_position, body_position, time and assets (assets only warns).
+
 For git: put "*.kera diff=keratin" into .gitattributes and run
   git config diff.keratin.textconv "keratin-diff --text"
   git config diff.keratin.cachetextconv true
@@ -55,48 +59,102 @@ int print_summary(const Arguments& arguments) {
     return kSame;
 }
 
-int compare_files(const Arguments& arguments) {
-    diff::Tolerances tolerances;
+Result<diff::Tolerances> tolerances_of(const Arguments& arguments,
+                                       std::vector<diff::Subject> subjects) {
+    diff::Tolerances tolerances(std::move(subjects));
     for (const std::string& text : arguments.warn)
-        if (auto ok = tolerances.set_warn(text); !ok) return report_error(ok.error());
+        if (auto ok = tolerances.set_warn(text); !ok) return ok.error();
     for (const std::string& text : arguments.fail)
-        if (auto ok = tolerances.set_fail(text); !ok) return report_error(ok.error());
-    const auto a = AssetView::open(arguments.a);
-    if (!a) return report_error(a.error());
-    const auto b = AssetView::open(arguments.b);
-    if (!b) return report_error(b.error());
+        if (auto ok = tolerances.set_fail(text); !ok) return ok.error();
+    return tolerances;
+}
 
-    const diff::Report report = diff::compare(*a, *b);
-    const std::vector<diff::Finding> findings = diff::judge(report, tolerances);
-    const bool passed = std::none_of(findings.begin(), findings.end(), [&](const auto& finding) {
+// What a comparison prints and writes.
+struct Texts {
+    std::vector<diff::Finding> findings;
+    std::string text, json, junit;
+};
+
+bool passes(const Arguments& arguments, const std::vector<diff::Finding>& findings) {
+    return std::none_of(findings.begin(), findings.end(), [&](const auto& finding) {
         return finding.severity == diff::Severity::failure ||
                (arguments.strict && finding.severity == diff::Severity::warning);
     });
-    if (!arguments.junit.empty()) {
-        const std::string junit =
-            diff::report_junit(report, findings, arguments.a, arguments.b, arguments.strict);
-        if (auto ok = write_file(arguments.junit, junit); !ok) return report_error(ok.error());
-    }
+}
+
+Result<Texts> compare_assets(const Arguments& arguments) {
+    const auto tolerances = tolerances_of(arguments, diff::asset_subjects());
+    if (!tolerances) return tolerances.error();
+    const auto a = AssetView::open(arguments.a);
+    if (!a) return a.error();
+    const auto b = AssetView::open(arguments.b);
+    if (!b) return b.error();
+    const diff::Report report = diff::compare(*a, *b);
+    Texts out;
+    out.findings = diff::judge(report, *tolerances);
+    out.text = diff::report_text(report, out.findings);
+    out.json = diff::report_json(report, out.findings, arguments.a, arguments.b,
+                                 passes(arguments, out.findings), KERATIN_VERSION);
+    out.junit =
+        diff::report_junit(report, out.findings, arguments.a, arguments.b, arguments.strict);
+    return out;
+}
+
+Result<Texts> compare_caches(const Arguments& arguments) {
+    const auto tolerances = tolerances_of(arguments, diff::run_subjects());
+    if (!tolerances) return tolerances.error();
+    const auto a = CacheReader::open(arguments.a);
+    if (!a) return a.error();
+    const auto b = CacheReader::open(arguments.b);
+    if (!b) return b.error();
+    const auto differences = diff::compare_runs(*a, *b);
+    if (!differences) return differences.error();
+    const auto describe = [&](const std::string& name) {
+        return diff::describe(*differences, name);
+    };
+    Texts out;
+    out.findings = diff::judge(*differences, *tolerances);
+    out.text = diff::findings_text(out.findings, describe);
+    out.json = diff::runs_json(*differences, out.findings, arguments.a, arguments.b,
+                               passes(arguments, out.findings), KERATIN_VERSION);
+    out.junit =
+        diff::findings_junit(out.findings, describe, arguments.a, arguments.b, arguments.strict);
+    return out;
+}
+
+bool is_cached_run(const std::string& path) { return path.ends_with(".kcache"); }
+
+int compare_files(const Arguments& arguments) {
+    if (is_cached_run(arguments.a) != is_cached_run(arguments.b))
+        return report_error({ErrorCode::usage, arguments.b,
+                             "an asset and a cached run cannot be compared with each other"});
+    const auto texts =
+        is_cached_run(arguments.a) ? compare_caches(arguments) : compare_assets(arguments);
+    if (!texts) return report_error(texts.error());
+    if (!arguments.junit.empty())
+        if (auto ok = write_file(arguments.junit, texts->junit); !ok)
+            return report_error(ok.error());
     if (arguments.json)
-        std::fputs(
-            diff::report_json(report, findings, arguments.a, arguments.b, passed, KERATIN_VERSION)
-                .c_str(),
-            stdout);
+        std::fputs(texts->json.c_str(), stdout);
     else if (!arguments.quiet)
-        std::fputs(diff::report_text(report, findings).c_str(), stdout);
-    return passed ? kSame : kDifferent;
+        std::fputs(texts->text.c_str(), stdout);
+    return passes(arguments, texts->findings) ? kSame : kDifferent;
 }
 
 int run(int argc, char** argv) {
     Arguments arguments;
-    CLI::App app("Compares two assets and names what changed, with the worst offender.",
-                 "keratin-diff");
+    CLI::App app(
+        "Compares two assets or two cached runs and names what changed, with the worst "
+        "offender.",
+        "keratin-diff");
     app.footer(kFooter);
     app.set_version_flag("--version", "keratin-diff " KERATIN_VERSION ", asset revision " +
                                           std::to_string(kAssetMajor) + "." +
-                                          std::to_string(kAssetMinor));
-    auto* a = app.add_option("a", arguments.a, "the first asset (*.kera)");
-    auto* b = app.add_option("b", arguments.b, "the second asset");
+                                          std::to_string(kAssetMinor) + ", cache revision " +
+                                          std::to_string(kCacheMajor) + "." +
+                                          std::to_string(kCacheMinor));
+    auto* a = app.add_option("a", arguments.a, "the first asset (*.kera) or cached run (*.kcache)");
+    auto* b = app.add_option("b", arguments.b, "the second asset or cached run");
     app.add_option("--warn", arguments.warn,
                    "FIELD=V: list FIELD as a warning when it differs by "
                    "more than V; * in FIELD stands for any text")

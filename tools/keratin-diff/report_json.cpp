@@ -77,11 +77,6 @@ ordered_json to_json(const std::vector<ValueChange>& changes) {
     return list;
 }
 
-std::string dumped(const ordered_json& json) {
-    // File names may hold bytes that are not UTF-8.
-    return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
-}
-
 std::string xml_text(const std::string& text) {
     std::string escaped;
     for (const char c : text) {
@@ -108,6 +103,26 @@ std::string xml_text(const std::string& text) {
 
 }  // namespace
 
+ordered_json findings_json(const std::vector<Finding>& findings, const Describe& describe) {
+    ordered_json list = ordered_json::array();
+    for (const Finding& finding : findings) {
+        if (finding.severity == Severity::same) continue;
+        list.push_back({{"name", finding.name},
+                        {"section", name_of(finding.section)},
+                        {"severity", name_of(finding.severity)},
+                        {"value", number(finding.value)},
+                        {"warn", number(finding.limits.warn)},
+                        {"fail", number(finding.limits.fail)},
+                        {"text", describe(finding.name)}});
+    }
+    return list;
+}
+
+std::string dumped(const ordered_json& json) {
+    // File names may hold bytes that are not UTF-8.
+    return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
 std::string report_json(const Report& report, const std::vector<Finding>& findings,
                         const std::string& a, const std::string& b, bool passed,
                         const std::string& version) {
@@ -119,18 +134,8 @@ std::string report_json(const Report& report, const std::vector<Finding>& findin
     json["passed"] = passed;
     json["same_bytes"] = report.same_bytes;
     json["diagonal"] = report.diagonal;
-    json["findings"] = ordered_json::array();
-    for (const Finding& finding : findings) {
-        if (finding.severity == Severity::same) continue;
-        ordered_json entry{{"name", finding.name},
-                           {"section", name_of(finding.section)},
-                           {"severity", name_of(finding.severity)},
-                           {"value", number(finding.value)},
-                           {"warn", number(finding.limits.warn)},
-                           {"fail", number(finding.limits.fail)},
-                           {"text", describe(report, finding.name)}};
-        json["findings"].push_back(std::move(entry));
-    }
+    json["findings"] =
+        findings_json(findings, [&](const std::string& name) { return describe(report, name); });
     json["strands"] = to_json(report.strands);
     json["guides"] = to_json(report.guides);
     json["stored_vertices"] = to_json(report.vertices);
@@ -149,6 +154,12 @@ std::string report_json(const Report& report, const std::vector<Finding>& findin
 
 std::string report_junit(const Report& report, const std::vector<Finding>& findings,
                          const std::string& a, const std::string& b, bool strict) {
+    return findings_junit(
+        findings, [&](const std::string& name) { return describe(report, name); }, a, b, strict);
+}
+
+std::string findings_junit(const std::vector<Finding>& findings, const Describe& describe,
+                           const std::string& a, const std::string& b, bool strict) {
     std::string cases;
     std::size_t failures = 0;
     for (const Finding& finding : findings) {
@@ -161,8 +172,8 @@ std::string report_junit(const Report& report, const std::vector<Finding>& findi
         const bool fails = finding.severity == Severity::failure ||
                            (strict && finding.severity == Severity::warning);
         failures += fails;
-        const std::string text = xml_text(std::string(name_of(finding.severity)) + ": " +
-                                          describe(report, finding.name));
+        const std::string text =
+            xml_text(std::string(name_of(finding.severity)) + ": " + describe(finding.name));
         cases += fails ? ">\n      <failure message=\"" + text + "\"/>\n"
                        : ">\n      <system-out>" + text + "</system-out>\n";
         cases += "    </testcase>\n";

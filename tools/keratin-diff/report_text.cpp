@@ -170,6 +170,10 @@ std::string describe(const Report& report, const std::string& name) {
 
 std::string report_text(const Report& report, const std::vector<Finding>& findings) {
     if (report.same_bytes) return "the assets are equal, byte for byte\n";
+    return findings_text(findings, [&](const std::string& name) { return describe(report, name); });
+}
+
+std::string findings_text(const std::vector<Finding>& findings, const Describe& describe) {
     std::string text;
     std::size_t failures = 0, warnings = 0, tolerated = 0;
     for (const Finding& finding : findings) {
@@ -180,7 +184,7 @@ std::string report_text(const Report& report, const std::vector<Finding>& findin
         std::string head(name_of(finding.severity));
         constexpr std::size_t kColumn = 10;
         head.resize(std::max(head.size() + 1, kColumn), ' ');
-        text += head + finding.name + ": " + describe(report, finding.name);
+        text += head + finding.name + ": " + describe(finding.name);
         if (finding.severity == Severity::tolerated)
             text += "; allowed: " +
                     number_text(std::isinf(finding.limits.fail) ? finding.limits.warn

@@ -4,6 +4,7 @@
 #include "tools/keratin-diff/compare.h"
 #include "tools/keratin-diff/judge.h"
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,12 @@ namespace keratin::diff {
 // "12 of 28 points differ; max 1.2 mm (0.6 % of the diagonal), p99 1.1 mm, RMS 0.3 mm; worst:
 // strand 3 point 2: (0.01, 0.02, 0) -> (0.0112, 0.02, 0)". Empty where nothing differs.
 std::string describe(const Report& report, const std::string& name);
+
+// What changed under a name, in one line; empty where nothing differs.
+using Describe = std::function<std::string(const std::string& name)>;
+
+// A line a finding that differs: severity, name, description; then the totals.
+std::string findings_text(const std::vector<Finding>& findings, const Describe& describe);
 
 // Only what differs, a line a finding: severity, name, description; then the totals. Lines end in
 // '\n'. Depends on the two assets and the limits alone, not on where the files are.
