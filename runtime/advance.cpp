@@ -1,13 +1,12 @@
 // A step: skin, grid, small steps quad by quad, render strands. Every loop over quads, bricks or
 // strands may be shared between threads in any way: nothing depends on who does what.
-#include <omp.h>
+#include "runtime/state.h"
+#include "schema/formula/interpolation.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-
-#include "runtime/state.h"
-#include "schema/formula/interpolation.h"
+#include <omp.h>
 
 #if defined(__x86_64__)
 #include <x86intrin.h>
@@ -31,7 +30,8 @@ std::uint64_t ticks() {
 class Timed {
   public:
     Timed(Simulation::State& s, PassId pass)
-        : slot_(s.times[std::size_t(omp_get_thread_num())].ticks[std::size_t(pass)]), start_(ticks()) {}
+        : slot_(s.times[std::size_t(omp_get_thread_num())].ticks[std::size_t(pass)]),
+          start_(ticks()) {}
     ~Timed() { slot_ += ticks() - start_; }
 
   private:
@@ -39,8 +39,8 @@ class Timed {
     std::uint64_t start_;
 };
 
-// Share of the air's drag on a fibre, per length and viscosity: 4 pi mu for a thin cylinder across the
-// flow, its logarithm taken as one.
+// Share of the air's drag on a fibre, per length and viscosity: 4 pi mu for a thin cylinder across
+// the flow, its logarithm taken as one.
 constexpr double kAirViscosity = 1.81e-5;  // Pa s
 constexpr double kPi = 3.14159265358979323846;
 
@@ -63,7 +63,8 @@ void fill_class(const Simulation::State& s, const Simulation::State::ClassKey& k
                                 : 0.0f;
         out.volume[row] = s.settings.passes.grid_volume ? float(ramp_value(p.volume, at)) : 0.0f;
     }
-    // E I / (density area) of an ellipse, the mean of both directions: E (r1^2 + r2^2) / (8 density).
+    // E I / (density area) of an ellipse, the mean of both directions: E (r1^2 + r2^2) / (8
+    // density).
     const double bending = double(m.youngs_modulus) *
                            (double(m.radius) * m.radius + double(m.radius2) * m.radius2) /
                            (8 * double(m.density));
@@ -82,6 +83,7 @@ Quad quad_of(Simulation::State& s, std::size_t index, int thread) {
     q.previous = s.previous.data() + first * 48;
     q.length = s.fields.guide_length.data() + first * 16;
     q.shape = s.fields.guide_shape.data() + first * 48;
+    q.edge = s.rest_edge.data() + (s.rest_edge.size() > 0 ? first * 48 : 0);
     q.rest = s.fields.guide_position.data() + first * 48;
     q.root_stride = s.shape.one_motion ? 0 : kRootFloats * kTileLanes;
     q.root_begin = s.root_begin.data() + tile * q.root_stride;
@@ -95,6 +97,7 @@ Quad quad_of(Simulation::State& s, std::size_t index, int thread) {
     q.flags.has_wind = wind.velocity[0] != 0 || wind.velocity[1] != 0 || wind.velocity[2] != 0;
     q.flags.has_turbulence = q.flags.has_wind && wind.turbulence > 0;
     q.flags.stretch = s.settings.passes.stretch;
+    q.flags.local_shape = s.plan.has(PassId::local_shape);
     q.flags.collision = s.plan.has(PassId::collide);
     return q;
 }
@@ -129,7 +132,9 @@ bool fill_grid(Simulation::State& s, GridView& view, double h) {
     const bool with_volume = s.shape.volume;
     std::vector<GridSums>& sums = s.grid_sums;
     const double strands_per_guide =
-        s.info.guide_count > 0 ? double(std::max(s.info.strand_count, s.info.guide_count)) / s.info.guide_count : 1;
+        s.info.guide_count > 0
+            ? double(std::max(s.info.strand_count, s.info.guide_count)) / s.info.guide_count
+            : 1;
     const float voxel = g.spacing * g.spacing * g.spacing;
 
 #pragma omp parallel num_threads(s.threads)
@@ -141,7 +146,7 @@ bool fill_grid(Simulation::State& s, GridView& view, double h) {
             in.shape = g;
             in.inverse_displacement_unit = 1 / unit;
             in.mass_scale = s.inverse_mean_length;
-#pragma omp for schedule(dynamic, 2)
+#pragma omp for schedule(dynamic, 2) nowait
             for (std::size_t i = 0; i < s.quads.size(); ++i) {
                 if (s.quads[i].guides == 0) continue;
                 const Quad quad = quad_of(s, i, thread);
@@ -157,10 +162,11 @@ bool fill_grid(Simulation::State& s, GridView& view, double h) {
                 s.kernels->grid_scatter(quad, in, sums[std::size_t(thread)]);
             }
         }
+#pragma omp barrier
         {
             Timed timed(s, PassId::grid_resolve);
             // A point's eight voxels lie in the brick of the lowest or in the next along each axis.
-#pragma omp for schedule(static)
+#pragma omp for schedule(static) nowait
             for (std::size_t b = 0; b < bricks; ++b) {
                 const std::size_t x = b % along, y = b / along % along, z = b / along / along;
                 std::uint8_t live = 0;
@@ -175,9 +181,11 @@ bool fill_grid(Simulation::State& s, GridView& view, double h) {
                     s.kernels->grid_resolve(sums.data(), std::uint32_t(sums.size()), b, unit,
                                             s.grid_field.data());
             }
-            for (GridSums& sum : sums)
+        }
+#pragma omp barrier
+        for (GridSums& sum : sums) {
 #pragma omp for schedule(static) nowait
-                for (std::size_t b = 0; b < bricks; ++b) sum.touched[b] = 0;
+            for (std::size_t b = 0; b < bricks; ++b) sum.touched[b] = 0;
         }
     }
     view.field = s.grid_field.data();
@@ -215,10 +223,12 @@ void wake(Simulation::State& s) {
         QuadState& q = s.quads[i];
         if (!q.asleep) continue;
         bool moved = windy || s.disturbed || !root_still(s, i);
-        for (std::size_t k = 0; k < s.solids.size() && !moved; ++k)
-            moved = !(s.collider_now[k] == s.collider_next[k]) &&
-                    boxes_meet(q.bounds_min, q.bounds_max, s.poses[k].bounds_min,
-                               s.poses[k].bounds_max, kNear);
+        for (std::size_t k = 0; k < s.solids.size() && !moved; ++k) {
+            if (s.collider_now[k] == s.collider_next[k]) continue;
+            float low[3], high[3];
+            sweep(s, k, low, high);
+            moved = boxes_meet(q.bounds_min, q.bounds_max, low, high, kNear);
+        }
         for (std::size_t j = 0; j < s.quads.size() && grid && !moved; ++j) {
             const QuadState& other = s.quads[j];
             const float limit = 4 * s.settings.sleep_speed * float(s.previous_step);
@@ -373,14 +383,17 @@ void write_strands(Simulation::State& s) {
     const std::uint32_t batches = (s.strand_count + kStrands - 1) / kStrands;
 #pragma omp parallel num_threads(s.threads)
     {
-        Timed timed(s, carry ? PassId::carry : PassId::interpolate);
+        const PassId pass = carry ? PassId::carry : PassId::interpolate;
         if (!carry) {
-#pragma omp for schedule(dynamic, 8)
+            Timed timed(s, pass);
+#pragma omp for schedule(dynamic, 8) nowait
             for (std::size_t i = 0; i < s.quads.size(); ++i)
                 if (s.quads[i].guides > 0)
                     s.kernels->guide_lines(quad_of(s, i, omp_get_thread_num()),
                                            s.line.data() + s.tile_row(i * kQuadTiles) * 48);
         }
+#pragma omp barrier
+        Timed timed(s, pass);
 #pragma omp for schedule(dynamic, 4) nowait
         for (std::uint32_t i = 0; i < batches; ++i)
             s.kernels->interpolate(b, i * kStrands, std::min(s.strand_count, (i + 1) * kStrands));
@@ -400,16 +413,17 @@ Result<void> advance(Simulation::State& s, double h) {
             skin_guides(s);
             s.health.strands_teleported += carry_jumps(s, false, Velocity::keep);
         }
-        const double wanted = 60.0 * h * s.plan.iterations;
-        const auto n = std::max(1u, std::uint32_t(std::ceil(wanted - 1e-6)));
-        const double small = h / n;
-        if (s.first_step) s.previous_step = small;
-
         // Asset colliders follow their bone.
         for (std::size_t i = s.settings.colliders.size(); i < s.solids.size(); ++i) {
             const std::uint32_t bone = s.info.colliders[i - s.settings.colliders.size()].bone;
             s.collider_next[i] = s.bone_world[bone < s.bone_world.size() ? bone : 0];
         }
+        const double wanted = 60.0 * h * s.plan.iterations;
+        auto n = std::max(1u, std::uint32_t(std::ceil(wanted - 1e-6)));
+        if (s.plan.has(PassId::collide)) n = std::max(n, steps_for_solids(s));
+        const double small = h / n;
+        if (s.first_step) s.previous_step = small;
+
         for (std::size_t c = 0; c < s.class_keys.size(); ++c)
             fill_class(s, s.class_keys[c], h, small, s.classes[c]);
 
@@ -429,7 +443,8 @@ Result<void> advance(Simulation::State& s, double h) {
                 step.step_ratio = float(small / before);
                 // From rest x- = x stands for the x- = x + a h^2 / 2 of METHODS 1.3.
                 step.half_square =
-                    float(s.first_step && first + i == 0 ? small * small / 2 : small * (small + before) / 2);
+                    float(s.first_step && first + i == 0 ? small * small / 2
+                                                         : small * (small + before) / 2);
                 step.inverse_step = float(1 / small);
                 step.inverse_previous = float(1 / before);
                 for (int c = 0; c < 3; ++c) step.gravity[c] = s.settings.gravity[c];

@@ -1,12 +1,12 @@
-// Sizes of the buffers of a simulation, from the asset and the settings: the one place that says how
-// many of what a buffer holds. Used by the plan (to print) and by the simulation (to allocate).
+// Sizes of the buffers of a simulation, from the asset and the settings: the one place that says
+// how many of what a buffer holds. Used by the plan (to print) and by the simulation (to allocate).
 #pragma once
-
-#include <cstdint>
 
 #include "runtime/pass/grid.h"
 #include "runtime/settings.h"
 #include "schema/asset.h"
+
+#include <cstdint>
 
 namespace keratin {
 

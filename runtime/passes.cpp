@@ -1,7 +1,5 @@
 #include "runtime/passes.h"
 
-#include <array>
-
 #include "runtime/pass/carry.bind.h"
 #include "runtime/pass/collide.bind.h"
 #include "runtime/pass/final_length.bind.h"
@@ -13,6 +11,8 @@
 #include "runtime/pass/local_shape.bind.h"
 #include "runtime/pass/skin.bind.h"
 #include "runtime/pass/stretch.bind.h"
+
+#include <array>
 
 namespace keratin {
 
@@ -47,9 +47,11 @@ constexpr std::array<PassEntry, kPassCount> kPasses{{
 }};
 
 constexpr std::array<std::string_view, kBufferCount> kBufferNames{
-    "position",   "previous",   "root",       "bone_pose",   "mesh_position",   "triangle_slot",
-    "grid_sum",   "grid_field", "grid_brick", "collider",    "strand_root",     "guide_line",
-    "strand_position", "strand_tangent", "quad_state", "scratch"};
+    "position",   "previous",        "rest_edge",      "root",
+    "bone_pose",  "mesh_position",   "triangle_slot",  "grid_sum",
+    "grid_field", "grid_brick",      "collider",       "strand_root",
+    "guide_line", "strand_position", "strand_tangent", "quad_state",
+    "scratch"};
 
 }  // namespace
 

@@ -1,10 +1,10 @@
 // The table of passes: the name of each and the buffers it touches, out of runtime/pass/*.bind.h.
 #pragma once
 
+#include "runtime/plan.h"
+
 #include <span>
 #include <string_view>
-
-#include "runtime/plan.h"
 
 namespace keratin {
 

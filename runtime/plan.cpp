@@ -1,20 +1,19 @@
 #include "runtime/plan.h"
 
-#include <omp.h>
+#include "runtime/buffers.h"
+#include "runtime/pass/quad.h"
+#include "runtime/passes.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-
-#include "runtime/buffers.h"
-#include "runtime/pass/quad.h"
-#include "runtime/passes.h"
+#include <omp.h>
 
 namespace keratin {
 
 namespace {
 
-bool any_above_zero(const AssetInfo& info, Ramp StrandParameters::* ramp) {
+bool any_above_zero(const AssetInfo& info, Ramp StrandParameters::*ramp) {
     for (const GroupInfo& group : info.groups)
         for (float value : group.strand.*ramp)
             if (value > 0) return true;
@@ -63,7 +62,8 @@ Result<void> check_collider(const Collider& c, const std::string& where) {
     if (!grid) return bad(where + ".grid", "is missing");
     std::uint64_t nodes = 1;
     for (std::uint32_t n : grid->nodes) {
-        if (n < 2 || n > 4096) return bad(where + ".grid.nodes", "must be 2 to 4096 along each axis");
+        if (n < 2 || n > 4096)
+            return bad(where + ".grid.nodes", "must be 2 to 4096 along each axis");
         nodes *= n;
     }
     if (grid->distance.size() != nodes)
@@ -86,27 +86,30 @@ Result<void> check_settings(const AssetInfo& info, const AssetFields& fields,
     if (!(settings.lod >= 0 && settings.lod <= 1)) return bad("lod", "must be between 0 and 1");
     if (settings.grid_resolution < 8 || settings.grid_resolution > 128)
         return bad("grid_resolution", "must be 8 to 128");
-    if (!std::isfinite(settings.teleport_distance)) return bad("teleport_distance", "must be finite");
+    if (!std::isfinite(settings.teleport_distance))
+        return bad("teleport_distance", "must be finite");
     if (!std::isfinite(settings.sleep_speed)) return bad("sleep_speed", "must be finite");
     for (double v : settings.origin)
         if (!std::isfinite(v)) return bad("origin", "must be finite");
     for (std::size_t i = 0; i < settings.colliders.size(); ++i)
-        if (auto r = check_collider(settings.colliders[i], "colliders[" + std::to_string(i) + "]"); !r)
+        if (auto r = check_collider(settings.colliders[i], "colliders[" + std::to_string(i) + "]");
+            !r)
             return r;
     if (settings.instruction_set != InstructionSet::automatic &&
         usable_instruction_set(settings.instruction_set) != settings.instruction_set)
         return Error{ErrorCode::unsupported, "instruction_set", "is missing on this processor"};
-    if (info.tile_count % kQuadTiles != 0)
-        return bad("tile_count", "must be a multiple of 4");
+    if (info.tile_count % kQuadTiles != 0) return bad("tile_count", "must be a multiple of 4");
     if (info.attach != Attach::all)
         for (std::size_t lane = 0; lane < fields.guide_point_count.size(); ++lane) {
             const std::uint32_t n = fields.guide_point_count[lane];
             if (n != 0 && (n < kStrandMinPoints || n > kStrandMaxPoints))
-                return Error{ErrorCode::unsupported, "guide " + std::to_string(lane),
-                             "has " + std::to_string(n) +
-                                 " points; the strand solver takes 3 to 32 (recipe: points_per_strand)"};
+                return Error{
+                    ErrorCode::unsupported, "guide " + std::to_string(lane),
+                    "has " + std::to_string(n) +
+                        " points; the strand solver takes 3 to 32 (recipe: points_per_strand)"};
         }
-    if (info.attach == Attach::triangle && (fields.guide_triangle.empty() || fields.mesh_position.empty()))
+    if (info.attach == Attach::triangle &&
+        (fields.guide_triangle.empty() || fields.mesh_position.empty()))
         return bad("attach", "triangle needs the mesh and the roots' triangles in the asset");
     return {};
 }
@@ -169,26 +172,32 @@ std::uint64_t buffer_bytes(BufferId id, const RunShape& s) {
     const std::uint64_t bricks =
         std::uint64_t{s.grid_bricks_along} * s.grid_bricks_along * s.grid_bricks_along;
     switch (id) {
+        case BufferId::rest_edge:
         case BufferId::position:
-        case BufferId::previous: return point_lanes * 3 * sizeof(float);
+        case BufferId::previous:
+            return point_lanes * 3 * sizeof(float);
         case BufferId::root:
             return (s.one_motion ? 1 : std::uint64_t{s.tiles}) * 2 * 7 * kTileLanes * sizeof(float);
-        case BufferId::bone_pose: return std::uint64_t{s.bones} * 3 * sizeof(RigidTransform);
-        case BufferId::mesh_position: return std::uint64_t{s.vertices} * 3 * sizeof(float);
+        case BufferId::bone_pose:
+            return std::uint64_t{s.bones} * 3 * sizeof(RigidTransform);
+        case BufferId::mesh_position:
+            return std::uint64_t{s.vertices} * 3 * sizeof(float);
         case BufferId::triangle_slot:
             return ((s.simulated ? std::uint64_t{s.tiles} * kTileLanes : 0) + s.strands) *
                    sizeof(std::uint32_t);
         case BufferId::grid_sum:
             return s.threads * bricks * kBrickVoxels * (s.volume ? 5 : 4) * sizeof(std::int64_t);
-        case BufferId::grid_field: return bricks * kBrickVoxels * 4 * sizeof(float);
-        case BufferId::grid_brick: return (s.threads + 1) * bricks;
+        case BufferId::grid_field:
+            return bricks * kBrickVoxels * 4 * sizeof(float);
+        case BufferId::grid_brick:
+            return (s.threads + 1) * bricks;
         case BufferId::collider:
-            return s.colliders *
-                   (sizeof(ColliderShapeData) + kStepsAtOnce * sizeof(ColliderPose) +
-                    2 * sizeof(RigidTransform));
+            return s.colliders * (sizeof(ColliderShapeData) + kStepsAtOnce * sizeof(ColliderPose) +
+                                  2 * sizeof(RigidTransform));
         case BufferId::strand_root:
             return (s.one_motion ? 1 : std::uint64_t{s.strands}) * 7 * sizeof(float);
-        case BufferId::guide_line: return point_lanes * 3 * sizeof(float);
+        case BufferId::guide_line:
+            return point_lanes * 3 * sizeof(float);
         case BufferId::strand_position:
             return std::uint64_t{s.points} * 3 * (s.half ? 2 : sizeof(float));
         case BufferId::strand_tangent:
@@ -225,17 +234,20 @@ Result<SolverPlan> make_plan(const AssetInfo& info, const AssetFields& fields,
         grid.reason = "no friction and no volume in any group";
 
     const auto stiff = [&] {
-        return std::ranges::any_of(info.groups,
-                                   [](const GroupInfo& g) { return g.material.youngs_modulus > 0; });
+        return std::ranges::any_of(
+            info.groups, [](const GroupInfo& g) { return g.material.youngs_modulus > 0; });
     };
     const auto needs = [&](PassId id) -> Need {
         switch (id) {
             case PassId::skin:
-                return {!shape.one_motion, "no bones and no triangles: one motion carries every root"};
+                return {!shape.one_motion,
+                        "no bones and no triangles: one motion carries every root"};
             case PassId::grid_scatter:
             case PassId::grid_resolve:
-            case PassId::grid_gather: return grid;
-            case PassId::integrate: return simulate;
+            case PassId::grid_gather:
+                return grid;
+            case PassId::integrate:
+                return simulate;
             case PassId::local_shape:
                 if (!simulate.wanted) return simulate;
                 if (!on.local_shape) return {false, "switched off"};
@@ -291,7 +303,8 @@ Result<SolverPlan> make_plan(const AssetInfo& info, const AssetFields& fields,
         if (used[i])
             plan.buffers.push_back({id, buffer_bytes(id, shape)});
         else
-            plan.left_out.push_back({"buffer " + std::string(name_of(id)), "no planned pass touches it"});
+            plan.left_out.push_back(
+                {"buffer " + std::string(name_of(id)), "no planned pass touches it"});
     }
     return plan;
 }

@@ -32,6 +32,7 @@ std::string_view name_of(PassId pass);
 enum class BufferId {
     position,         // guides, end of the step
     previous,         // guides, one small step earlier
+    rest_edge,        // guides, unloaded edges in the root's frame
     root,             // root transform of each guide, start and end of the step
     bone_pose,        // bones, start and end of the step
     mesh_position,    // stored mesh vertices, end of the step
@@ -47,7 +48,7 @@ enum class BufferId {
     quad_state,       // per 64 guides: bounds, sleep, health
     scratch           // per thread
 };
-inline constexpr std::size_t kBufferCount = 16;
+inline constexpr std::size_t kBufferCount = 17;
 std::string_view name_of(BufferId buffer);
 
 struct PlannedPass {

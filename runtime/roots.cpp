@@ -1,9 +1,9 @@
 // The pass `skin`: root transforms from bones, triangles or the one motion of the asset.
-#include <algorithm>
-#include <cmath>
-
 #include "runtime/state.h"
 #include "schema/formula/barycentric.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace keratin {
 
@@ -56,10 +56,14 @@ Root triangle_root(const Simulation::State& s, std::uint32_t slot, float u, floa
     const std::uint32_t* corner = s.fields.mesh_triangle.data() + std::size_t{slot} * 3;
     const auto rest = s.fields.mesh_position;
     const std::span<const float> now = s.mesh_next.span();
-    const Vec3f ra = vertex(rest, corner[0]), rb = vertex(rest, corner[1]), rc = vertex(rest, corner[2]);
-    const Vec3f na = vertex(now, corner[0]), nb = vertex(now, corner[1]), nc = vertex(now, corner[2]);
-    const Vec4f turn = product(triangle_rotation(na, nb, nc), conjugate(triangle_rotation(ra, rb, rc)));
-    const Vec3f from = barycentric_point(ra, rb, rc, u, v), to = barycentric_point(na, nb, nc, u, v);
+    const Vec3f ra = vertex(rest, corner[0]), rb = vertex(rest, corner[1]),
+                rc = vertex(rest, corner[2]);
+    const Vec3f na = vertex(now, corner[0]), nb = vertex(now, corner[1]),
+                nc = vertex(now, corner[2]);
+    const Vec4f turn =
+        product(triangle_rotation(na, nb, nc), conjugate(triangle_rotation(ra, rb, rc)));
+    const Vec3f from = barycentric_point(ra, rb, rc, u, v),
+                to = barycentric_point(na, nb, nc, u, v);
     // Then the asset's own motion, in double.
     const Root body = relative(s.motion_next, s.settings.origin);
     Root root;
@@ -100,7 +104,8 @@ void pose_bones(Simulation::State& s) {
 void skin_guides(Simulation::State& s) {
     if (s.shape.one_motion) {
         const Root root = relative(s.motion_next, s.settings.origin);
-        for (std::size_t lane = 0; lane < kTileLanes; ++lane) write_lane(s.root_end.data(), lane, root);
+        for (std::size_t lane = 0; lane < kTileLanes; ++lane)
+            write_lane(s.root_end.data(), lane, root);
         return;
     }
     std::uint64_t refused = 0;
@@ -111,7 +116,8 @@ void skin_guides(Simulation::State& s) {
             const std::size_t index = tile * kTileLanes + lane;
             Root root;
             if (s.shape.by_triangle) {
-                const float* bary = s.fields.guide_barycentric.data() + tile * 2 * kTileLanes + lane;
+                const float* bary =
+                    s.fields.guide_barycentric.data() + tile * 2 * kTileLanes + lane;
                 root = triangle_root(s, s.guide_triangle_slot[index], bary[0], bary[kTileLanes]);
             } else {
                 std::uint32_t bone[4];
@@ -136,8 +142,8 @@ void skin_guides(Simulation::State& s) {
 void skin_strands(Simulation::State& s) {
     if (s.shape.one_motion) {
         const Root root = relative(s.motion_next, s.settings.origin);
-        const float v[kRootFloats] = {root.rotation.x,    root.rotation.y,    root.rotation.z,
-                                      root.rotation.w,    root.translation.x, root.translation.y,
+        const float v[kRootFloats] = {root.rotation.x,   root.rotation.y,    root.rotation.z,
+                                      root.rotation.w,   root.translation.x, root.translation.y,
                                       root.translation.z};
         std::copy(v, v + kRootFloats, s.strand_root.data());
         return;
@@ -149,8 +155,8 @@ void skin_strands(Simulation::State& s) {
             const float* bary = s.fields.strand_barycentric.data() + std::size_t{i} * 2;
             root = triangle_root(s, s.strand_triangle_slot[i], bary[0], bary[1]);
         } else {
-            const float* p = s.fields.strand_position.data() +
-                             std::size_t{s.fields.strand_first_point[i]} * 3;
+            const float* p =
+                s.fields.strand_position.data() + std::size_t{s.fields.strand_first_point[i]} * 3;
             root = bone_root(s, s.fields.strand_bone.data() + std::size_t{i} * 4,
                              s.fields.strand_bone_weight.data() + std::size_t{i} * 4,
                              Vec3f(p[0], p[1], p[2]));
@@ -201,8 +207,7 @@ std::uint64_t carry_jumps(Simulation::State& s, bool all, Velocity velocity) {
                 x[0] = x_new.x, x[16] = x_new.y, x[32] = x_new.z;
                 q[0] = q_new.x, q[16] = q_new.y, q[32] = q_new.z;
             }
-            if (!s.shape.one_motion)
-                write_lane(s.root_begin.data() + tile * stride, lane, b);
+            if (!s.shape.one_motion) write_lane(s.root_begin.data() + tile * stride, lane, b);
             if (s.fields.guide_point_count[tile * kTileLanes + lane] > 0) ++carried;
         }
     }

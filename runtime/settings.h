@@ -10,8 +10,6 @@
 #include <variant>
 #include <vector>
 
-#include "runtime/lane/instruction_set.h"
-
 namespace keratin {
 
 // Maps a rest position x (groom space, or a collider's own space) to R x + translation.
@@ -54,7 +52,7 @@ struct Collider {
     ColliderShape shape;
     float friction = 0.3f;       // Coulomb, >= 0
     float contact_distance = 0;  // m, kept between a point and the surface; 0: the strand's radius
-    RigidTransform motion;       // at the start
+    RigidTransform motion = {};  // at the start
 };
 
 struct Wind {

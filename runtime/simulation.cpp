@@ -1,9 +1,10 @@
 #include "runtime/simulation.h"
 
+#include "runtime/state.h"
+#include "schema/formula/frame.h"
+
 #include <algorithm>
 #include <cmath>
-
-#include "runtime/state.h"
 
 namespace keratin {
 
@@ -48,6 +49,7 @@ void allocate(Simulation::State& s) {
     const auto planned = [&](BufferId id) { return s.plan.has(id); };
     if (planned(BufferId::position)) s.position.allocate(point_lanes * 3);
     if (planned(BufferId::previous)) s.previous.allocate(point_lanes * 3);
+    if (planned(BufferId::rest_edge)) s.rest_edge.allocate(point_lanes * 3);
     if (planned(BufferId::root)) {
         const std::size_t floats = (shape.one_motion ? 1 : shape.tiles) * kRootFloats * kTileLanes;
         s.root_begin.allocate(floats);
@@ -94,8 +96,7 @@ void allocate(Simulation::State& s) {
         s.classes.allocate(s.class_keys.size());
     }
     if (planned(BufferId::scratch)) {
-        s.scratch_stride =
-            (slot_count * std::size_t{shape.longest} + root_slot_count) * kQuadLanes;
+        s.scratch_stride = (slot_count * std::size_t{shape.longest} + root_slot_count) * kQuadLanes;
         s.scratch.allocate(s.scratch_stride * shape.threads);
     }
 }
@@ -112,6 +113,26 @@ void sort_classes(Simulation::State& s, std::vector<std::uint32_t>& class_of) {
         }
         class_of.push_back(std::uint32_t(at - s.class_keys.begin()));
     }
+}
+
+// The unloaded shape in the root's frame, out of the edges that the asset gives in their parents'
+// frames: frames carried along the strand by minimal rotations, METHODS 1.4.
+void unload(Simulation::State& s) {
+    for (std::size_t tile = 0; tile < s.shape.tiles; ++tile)
+        for (std::size_t l = 0; l < kTileLanes; ++l) {
+            Vec3f t(1, 0, 0), u(0, 1, 0);
+            const std::size_t rows = s.quad_rows(tile / kQuadTiles);
+            for (std::size_t p = 1; p < rows; ++p) {
+                const std::size_t at = vector_index(s.tile_row(tile) + p, 3, 0, l);
+                const float* c = s.fields.guide_shape.data() + at;
+                const Vec3f e = from_frame(t, u, Vec3f(c[0], c[16], c[32]));
+                float* out = s.rest_edge.data() + at;
+                out[0] = e.x, out[16] = e.y, out[32] = e.z;
+                const Vec3f next = normalize_or(e, t);
+                u = orthonormal_director(next, transport_director(t, next, u));
+                t = next;
+            }
+        }
 }
 
 void mean_values(Simulation::State& s) {
@@ -201,6 +222,7 @@ Result<Simulation> Simulation::create(const AssetInfo& info, const AssetFields& 
     std::copy(fields.mesh_position.begin(), fields.mesh_position.begin() + s.mesh_next.size(),
               s.mesh_next.data());
     if (s.simulated()) mean_values(s);
+    if (s.rest_edge.size() > 0) unload(s);
     make_wind(s);
     if (s.solids.size() > 0) make_solids(s);
     for (const Collider& c : settings.colliders) {
@@ -234,7 +256,8 @@ Result<void> Simulation::set_bones(std::span<const RigidTransform> bones) {
         if (!checked(bones[i], "bones"))
             return Error{ErrorCode::input, "bones[" + std::to_string(i) + "]",
                          "must be finite, with a rotation"};
-    for (std::size_t i = 0; i < bones.size(); ++i) state_->bones_next[i] = *checked(bones[i], "bones");
+    for (std::size_t i = 0; i < bones.size(); ++i)
+        state_->bones_next[i] = *checked(bones[i], "bones");
     return {};
 }
 
@@ -245,7 +268,8 @@ Result<void> Simulation::set_mesh(std::span<const float> positions) {
                      std::to_string(positions.size() / 3) + " vertices for a mesh of " +
                          std::to_string(s.info.mesh_vertex_count)};
     for (std::size_t v = 0; v < s.mesh_next.size() / 3; ++v) {
-        const std::size_t from = s.fields.mesh_vertex_source.empty() ? v : s.fields.mesh_vertex_source[v];
+        const std::size_t from =
+            s.fields.mesh_vertex_source.empty() ? v : s.fields.mesh_vertex_source[v];
         for (std::size_t c = 0; c < 3; ++c) s.mesh_next[v * 3 + c] = positions[from * 3 + c];
     }
     return {};
@@ -357,8 +381,9 @@ StrandView Simulation::strands() const {
     v.half_center = s.half_center;
     v.strand_count = s.strand_count;
     v.width_scale = s.strand_count > 0 ? float(s.info.strand_count) / float(s.strand_count) : 1.0f;
-    // Render points are rest points carried by a root plus a mean of guide displacements: inside of the
-    // guides' box grown by how far the groom reaches from its guides at rest, which the diagonal bounds.
+    // Render points are rest points carried by a root plus a mean of guide displacements: inside of
+    // the guides' box grown by how far the groom reaches from its guides at rest, which the
+    // diagonal bounds.
     float low[3] = {1e30f, 1e30f, 1e30f}, high[3] = {-1e30f, -1e30f, -1e30f};
     for (const QuadState& q : s.quads.span())
         for (int c = 0; c < 3 && q.guides > 0; ++c) {
@@ -412,14 +437,16 @@ std::uint64_t Simulation::position_hash() const {
     if (s.position.size() > 0)
         for (std::size_t tile = 0; tile < s.shape.tiles; ++tile)
             for (std::size_t l = 0; l < kTileLanes; ++l)
-                for (std::uint32_t p = 0; p < s.fields.guide_point_count[tile * kTileLanes + l]; ++p)
+                for (std::uint32_t p = 0; p < s.fields.guide_point_count[tile * kTileLanes + l];
+                     ++p)
                     for (std::size_t c = 0; c < 3; ++c)
                         add_float(s.position[vector_index(s.tile_row(tile) + p, 3, c, l)]);
     if (s.strand_count > 0) {
         const std::size_t floats = std::size_t{s.fields.strand_first_point[s.strand_count]} * 3;
         for (std::size_t i = 0; i < std::min(floats, s.strand_position.size()); ++i)
             add_float(s.strand_position[i]);
-        for (std::size_t i = 0; i < std::min(floats, s.strand_half.size()); ++i) add(s.strand_half[i]);
+        for (std::size_t i = 0; i < std::min(floats, s.strand_half.size()); ++i)
+            add(s.strand_half[i]);
     }
     return hash;
 }

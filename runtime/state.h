@@ -1,6 +1,11 @@
-// The insides of a Simulation: its inputs, its buffers and the functions that make up a step. Shared by
-// the files of the runtime, not by its users.
+// The insides of a Simulation: its inputs, its buffers and the functions that make up a step.
+// Shared by the files of the runtime, not by its users.
 #pragma once
+
+#include "runtime/buffers.h"
+#include "runtime/cpu/kernels.h"
+#include "runtime/simulation.h"
+#include "schema/formula/quaternion.h"
 
 #include <cstdint>
 #include <cstring>
@@ -8,11 +13,6 @@
 #include <new>
 #include <span>
 #include <vector>
-
-#include "runtime/buffers.h"
-#include "runtime/cpu/kernels.h"
-#include "runtime/simulation.h"
-#include "schema/formula/quaternion.h"
 
 namespace keratin {
 
@@ -43,7 +43,7 @@ class Block64 {
     void allocate(std::size_t count) {
         count_ = count;
         if (count == 0) return;
-        data_.reset(static_cast<T*>(::operator new(count * sizeof(T), std::align_val_t{64})));
+        data_.reset(static_cast<T*>(::operator new (count * sizeof(T), std::align_val_t{64})));
         std::memset(static_cast<void*>(data_.get()), 0, count * sizeof(T));
     }
     T* data() { return data_.get(); }
@@ -56,7 +56,7 @@ class Block64 {
 
   private:
     struct Free {
-        void operator()(T* p) const { ::operator delete(p, std::align_val_t{64}); }
+        void operator()(T* p) const { ::operator delete (p, std::align_val_t{64}); }
     };
     std::unique_ptr<T, Free> data_;
     std::size_t count_ = 0;
@@ -64,8 +64,8 @@ class Block64 {
 
 struct QuadState {
     float bounds_min[3], bounds_max[3];
-    float fastest;      // m, per small step
-    float quiet;        // s, that every point has been slow
+    float fastest;  // m, per small step
+    float quiet;    // s, that every point has been slow
     std::uint32_t group_class;
     std::uint32_t asleep;
     std::uint32_t guides;  // lanes with points
@@ -88,32 +88,32 @@ struct Simulation::State {
     // Inputs: at the end of the last step, and at the end of the next.
     RigidTransform motion_now, motion_next;
     std::vector<RigidTransform> bones_now, bones_next;
-    Block64<float> mesh_next;              // asset space
+    Block64<float> mesh_next;                  // asset space
     std::vector<std::uint32_t> vertex_source;  // only where the asset stores a part of the mesh
     std::vector<RigidTransform> collider_now, collider_next;
-    std::vector<RigidTransform> bone_world;    // bones (or the motion) at the end of the step
-    std::uint32_t strand_count = 0;        // of the level of detail
+    std::vector<RigidTransform> bone_world;  // bones (or the motion) at the end of the step
+    std::uint32_t strand_count = 0;          // of the level of detail
     double time = 0, previous_step = 0;
     bool first_step = true;
-    bool disturbed = false;                // gravity or wind was changed: nothing sleeps on
+    bool disturbed = false;  // gravity or wind was changed: nothing sleeps on
 
     // Buffers.
-    Block64<float> position, previous, root_begin, root_end, strand_root, line;
+    Block64<float> position, previous, rest_edge, root_begin, root_end, strand_root, line;
     Block64<float> strand_position, strand_tangent;
     Block64<std::uint16_t> strand_half;
     Block64<std::uint32_t> guide_triangle_slot, strand_triangle_slot;
     Block64<std::int64_t> grid_momentum, grid_filling;
     Block64<float> grid_field;
     Block64<std::uint8_t> grid_touched, grid_live;
-    std::vector<GridSums> grid_sums;       // one a thread
-    float inverse_mean_length = 0;         // 1/m: points carry this length in the mean
-    float mean_density = 1;                // kg/m^3 of the groom
+    std::vector<GridSums> grid_sums;  // one a thread
+    float inverse_mean_length = 0;    // 1/m: points carry this length in the mean
+    float mean_density = 1;           // kg/m^3 of the groom
     Block64<ColliderShapeData> solids;
     Block64<ColliderPose> poses;
     Block64<QuadClass> classes;
     Block64<QuadState> quads;
     Block64<float> scratch;
-    std::size_t scratch_stride = 0;        // floats a thread
+    std::size_t scratch_stride = 0;  // floats a thread
     std::array<float, 3> half_center{};
 
     struct ClassKey {
@@ -138,13 +138,14 @@ struct Simulation::State {
 
     std::size_t tile_row(std::size_t tile) const { return fields.tile_first_row[tile]; }
     std::uint32_t quad_rows(std::size_t quad) const {
-        return fields.tile_first_row[quad * kQuadTiles + 1] - fields.tile_first_row[quad * kQuadTiles];
+        return fields.tile_first_row[quad * kQuadTiles + 1] -
+               fields.tile_first_row[quad * kQuadTiles];
     }
     bool simulated() const { return plan.has(PassId::integrate); }
 };
 
-// roots.cpp: the pass `skin`. Root transforms at the end of the step from the next inputs; those that
-// are not finite keep their last value.
+// roots.cpp: the pass `skin`. Root transforms at the end of the step from the next inputs; those
+// that are not finite keep their last value.
 void pose_bones(Simulation::State& s);
 void skin_guides(Simulation::State& s);
 void skin_strands(Simulation::State& s);
@@ -155,7 +156,13 @@ void put_to_rest(Simulation::State& s, std::size_t tile, std::size_t lane);
 
 // solids.cpp: collider shapes once, poses for some small steps.
 void make_solids(Simulation::State& s);
-void pose_solids(Simulation::State& s, std::uint32_t first, std::uint32_t count, std::uint32_t steps);
+// World bounds of a collider over the whole step; returns how far its bounds move.
+double sweep(const Simulation::State& s, std::size_t collider, float low[3], float high[3]);
+// Small steps that this step needs so that no collider that can reach the hair moves by more than
+// its own thickness in one: hair cannot be on its far side then.
+std::uint32_t steps_for_solids(const Simulation::State& s);
+void pose_solids(Simulation::State& s, std::uint32_t first, std::uint32_t count,
+                 std::uint32_t steps);
 
 // wind.cpp
 void make_wind(Simulation::State& s);

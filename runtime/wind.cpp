@@ -1,8 +1,9 @@
 // Wind as the small steps see it: gusts over time, waves over space; both fixed by the seed.
-#include <cmath>
-
 #include "runtime/formula/wind.h"
+
 #include "runtime/state.h"
+
+#include <cmath>
 
 namespace keratin {
 

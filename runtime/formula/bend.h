@@ -1,10 +1,14 @@
 // Local shape: the elastic moment at the joint between a segment and the next (METHODS 1.4).
 //
-// Joint at point i with the parent a = x_i - x_{i-1}, the child e = x_{i+1} - x_i, the parent's
-// frame Q and the child's rest edge d in that frame:
-//     C = e - Q d,   energy k |C|^2 / 2,   k = E I / (lbar |e_rest|^2),
-// lbar half the sum of both rest lengths, half of the child's at the clamp. The force on x_{i+1} is
-// -k C, on x_{i-1} -J^T k C, on x_i the opposite of both; J is what C does when the parent turns.
+// Joint at point i with the parent a = x_i - x_{i-1}, its direction t, and the child's direction e:
+//     C = |d| e - g,   g = P(r, t) d,   energy k |C|^2 / 2,   k = E I / (lbar |d|^2),
+// r the parent's direction and d the child's edge in the unloaded shape carried by the root, P the
+// minimal rotation, lbar half the sum of both rest lengths, half of the child's at the clamp.
+//
+// Deviation: METHODS carries the frame along the strand, Q_j = P(t_{j-1}, t_j) Q_{j-1}. In the
+// plane and for straight hair that is the same. But a curled strand's every segment would then turn
+// all frames further out without feeling their moments, and these forces that follow feed energy
+// in: curls flutter. g here depends on one segment, which feels all of it (bend_reaction).
 #ifndef KERATIN_RUNTIME_FORMULA_BEND_H
 #define KERATIN_RUNTIME_FORMULA_BEND_H
 
@@ -15,23 +19,42 @@ namespace keratin {
 #endif
 #include "schema/formula/dual.h"
 
-// J^T y = ((t.g) y - g (t.y)) / |a| with g = Q d and t = a / |a|.
-KERATIN_FORMULA Real3 bend_reaction(Real3 t, Real inverse_length, Real3 g, Real3 y) {
-    return (y * dot(t, g) - g * dot(t, y)) * inverse_length;
+// What the moment y = k C on the child does to the parent: (dg/da)^T y, with
+//     dg = w x g,   w = (t x da + t (t x r).da / (1 + r.t)) / |a|.
+// The first part turns t along with a; the second is the twist that P gains on the way, bounded
+// where r and t are nearly opposite.
+KERATIN_FORMULA Real3 bend_reaction(Real3 r, Real3 t, Real inverse_length, Real3 g, Real3 y) {
+    Real3 swing = y * dot(t, g) - g * dot(t, y);
+    Real twist = dot(y, cross(t, g)) / max(Real(1) + dot(r, t), Real(0.1));
+    return (swing + cross(t, r) * twist) * inverse_length;
 }
 
 // h^2 k over the mass per length: stiffness_step = h^2 E I / (density * area), 0 where there is no
-// child (child_length 0).
+// child (child_length 0). At most 1e4 times the mass of the child's half: beyond, the joint is as
+// good as rigid and float would lose the mass in the sums of the system.
 KERATIN_FORMULA Real bend_stiffness(Real stiffness_step, Real parent_half, Real child_length) {
     Bool none = child_length < Real(1e-9);
     Real l = select(none, Real(1), child_length);
-    return select(none, Real(0), stiffness_step / ((parent_half + Real(0.5) * l) * (l * l)));
+    Real k = stiffness_step / ((parent_half + Real(0.5) * l) * (l * l));
+    return select(none, Real(0), min(k, Real(5e3) * l));
 }
 
-// How far the grandparent takes part, with frames at rest: (t.g) / |a|, not below 0.
-KERATIN_FORMULA Real bend_lever(Real3 rest_child, Real parent_length) {
-    Bool none = parent_length < Real(1e-9);
-    return max(Real(0), rest_child.x) / select(none, Real(1), parent_length);
+// How far the grandparent takes part at rest: (t.d) / |a|, not below 0, of the unloaded edges a and
+// d.
+KERATIN_FORMULA Real bend_lever(Real3 parent, Real3 child) {
+    Real square = dot(parent, parent);
+    Bool none = square < Real(1e-18);
+    return select(none, Real(0), max(Real(0), dot(parent, child)) / select(none, Real(1), square));
+}
+
+// What a turn of the parent does to the child beyond that, in strands that are curved at rest:
+// |d across t|^2 / |a|^2.
+KERATIN_FORMULA Real bend_sweep(Real3 parent, Real3 child) {
+    Real square = dot(parent, parent);
+    Bool none = square < Real(1e-18);
+    Real inverse = Real(1) / select(none, Real(1), square);
+    Real along = dot(parent, child) * inverse;
+    return select(none, Real(0), max(Real(0), dot(child, child) * inverse - along * along));
 }
 
 #include "schema/formula/dual_end.h"

@@ -10,8 +10,7 @@ namespace keratin {
 
 // Largest whole number not above s, for |s| < 2^22.
 KERATIN_FORMULA Real floor_of(Real s) {
-    Real magic = Real(12582912.0);
-    Real rounded = (s + magic) - magic;
+    Real rounded = round_even(s);
     return select(s < rounded, rounded - Real(1), rounded);
 }
 

@@ -1,4 +1,5 @@
-// The wind's force on a strand. The turbulent part is a sum of waves that travel with the mean wind.
+// The wind's force on a strand. The turbulent part is a sum of waves that travel with the mean
+// wind.
 #ifndef KERATIN_RUNTIME_FORMULA_WIND_H
 #define KERATIN_RUNTIME_FORMULA_WIND_H
 
@@ -8,13 +9,13 @@ namespace keratin {
 #endif
 #include "schema/formula/dual.h"
 
-// A smooth wave of period 1 in k.x + phase, between -1 and 1: s (3 - 4 s^2) of the triangle wave s in
-// [-1/2, 1/2] times 1, which has the zeros, peaks and slopes at zero crossings of a sine within 5 %.
-// 12582912 = 1.5 * 2^23 rounds to the nearest whole number when added and taken off again.
+// A smooth wave of period 1 in k.x + phase, between -1 and 1: s (3 - 4 s^2) of the triangle wave s
+// in
+// [-1/2, 1/2] times 1, which has the zeros, peaks and slopes at zero crossings of a sine within 5
+// %.
 KERATIN_FORMULA Real wave_at(Real3 x, Real3 k, Real phase) {
     Real turns = dot(x, k) + phase;
-    Real magic = Real(12582912.0);
-    Real fraction = turns - ((turns + magic) - magic);
+    Real fraction = turns - round_even(turns);
     Real triangle = select(abs(fraction) < Real(0.25), fraction + fraction,
                            select(fraction < Real(0), Real(-1) - (fraction + fraction),
                                   Real(1) - (fraction + fraction)));

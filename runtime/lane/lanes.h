@@ -69,6 +69,14 @@ KERATIN_ALWAYS_INLINE Pair<T> abs(const Pair<T>& x) {
     return Pair<T>(abs(x.a), abs(x.b));
 }
 
+KERATIN_ALWAYS_INLINE Native round_even(Native x) {
+    return (x + Native(12582912.0f)) - Native(12582912.0f);
+}
+template <class T>
+KERATIN_ALWAYS_INLINE Pair<T> round_even(const Pair<T>& x) {
+    return Pair<T>(round_even(x.a), round_even(x.b));
+}
+
 KERATIN_ALWAYS_INLINE bool any(NativeMask m) { return bits(m) != 0; }
 template <class T>
 KERATIN_ALWAYS_INLINE bool any(const PairMask<T>& m) {

@@ -1,13 +1,13 @@
-// After a quad's small steps: which strands are no longer finite or have left any sensible place, and
-// how fast the fastest point of the others moves.
+// After a quad's small steps: which strands are no longer finite or have left any sensible place,
+// and how fast the fastest point of the others moves.
 #include "runtime/pass/kernel.h"
 #include "runtime/pass/work.h"
 
 namespace keratin::KERATIN_ISA {
 KERATIN_DECLARE_KERNELS
 
-// One bit a lane that must be reset. The limit of 1e6 m from the origin only serves to catch a strand
-// that is on its way to infinity.
+// One bit a lane that must be reset. The limit of 1e6 m from the origin only serves to catch a
+// strand that is on its way to infinity.
 std::uint64_t check(Quad& quad) {
     std::uint64_t bad = 0;
     Work fastest(0.0f);

@@ -1,5 +1,5 @@
-// Moves points out of the colliders that reach their quad, with Coulomb friction against the surface's
-// own motion (METHODS 1.4, collision).
+// Moves points out of the colliders that reach their quad, with Coulomb friction against the
+// surface's own motion (METHODS 1.4, collision).
 #include "runtime/formula/contact.h"
 #include "runtime/pass/kernel.h"
 #include "runtime/pass/solid.h"

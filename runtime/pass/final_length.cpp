@@ -24,7 +24,9 @@ void final_length_block(const Block& b, const SmallStep& step, const std::uint32
         Work3 t = normalize_or(before - parent, direction);
         Work3 x = parent + t * l;
         for (int round = 0; round < kRounds && near_count > 0; ++round) {
-            bool pushed = false;
+            // Only lanes that were pushed may change, or results would depend on who their
+            // neighbours in the pack are.
+            Work pushed = zero;
             Work3 out = x;
             for (std::uint32_t k = 0; k < near_count; ++k) {
                 with_shape(b.quad.shapes[near[k]].kind, [&]<ShapeKind kind>() {
@@ -33,13 +35,14 @@ void final_length_block(const Block& b, const SmallStep& step, const std::uint32
                                                       step.colliders[near[k]], b, i, out, normal);
                     const auto inside = zero < depth;
                     if (!any(inside)) return;
-                    pushed = true;
+                    pushed = select(inside, Work(1.0f), pushed);
                     out = select(inside, out + normal * depth, out);
                 });
             }
-            if (!pushed) break;
-            t = normalize_or(out - parent, t);
-            x = parent + t * l;
+            const auto again = zero < pushed;
+            if (!any(again)) break;
+            t = select(again, normalize_or(out - parent, t), t);
+            x = select(again, parent + t * l, x);
         }
         const Work3 d = x - before;
         b.set_x(i, x);

@@ -1,5 +1,5 @@
-// The grid of the friction and volume passes (METHODS 1.2): voxels in bricks of 4 x 4 x 4, so that only
-// bricks with hair in them are cleared, summed and read.
+// The grid of the friction and volume passes (METHODS 1.2): voxels in bricks of 4 x 4 x 4, so that
+// only bricks with hair in them are cleared, summed and read.
 //
 //   voxel (x, y, z) stands at  x_part(x) + y_part(y) + z_part(z),
 //   x_part = (x / 4) 64 + x % 4,  y_part = (y / 4) 64 nbx + (y % 4) 4,  z_part likewise times nby.
@@ -7,10 +7,10 @@
 // Sums are 64-bit integers in fixed point: adding is exact, so neither order nor threads matter.
 #pragma once
 
+#include "runtime/pass/quad.h"
+
 #include <cstddef>
 #include <cstdint>
-
-#include "runtime/pass/quad.h"
 
 namespace keratin {
 
@@ -53,7 +53,7 @@ struct GridView {
     float step = 0;                // s, of the step to come
     float previous_step = 0;       // s, that the displacements belong to
     bool friction = false, volume = false;
-    float limit = 0;               // m/s^2, of the volume's acceleration
+    float limit = 0;  // m/s^2, of the volume's acceleration
 };
 
 }  // namespace keratin

@@ -1,5 +1,5 @@
 // Buffers of the pass grid_gather, for C++ and GLSL: X(buffer, element, access).
 #define KERATIN_BIND_GRID_GATHER(X) \
-    X(position, float, read)    \
-    X(previous, float, update)  \
+    X(position, float, read)        \
+    X(previous, float, update)      \
     X(grid_field, float, read)

@@ -1,6 +1,6 @@
 // Gives free points what the grid found: friction blends their displacement with their neighbours'
-// mean, volume preservation pushes them down the gradient of the filling (METHODS 1.3). Both change the
-// previous position only, so what follows sees a velocity.
+// mean, volume preservation pushes them down the gradient of the filling (METHODS 1.3). Both change
+// the previous position only, so what follows sees a velocity.
 #include "runtime/formula/grid.h"
 #include "runtime/pass/kernel.h"
 #include "runtime/pass/work.h"
@@ -13,8 +13,8 @@ namespace {
 using Float4 = float __attribute__((vector_size(16)));
 using Tile = Lanes<16>;
 
-// Trilinear values at one row of a tile: mean displacement and gradient of the filling. Points outside
-// of the grid get their own displacement and no gradient.
+// Trilinear values at one row of a tile: mean displacement and gradient of the filling. Points
+// outside of the grid get their own displacement and no gradient.
 struct Samples {
     alignas(64) float mean[3][16];
     alignas(64) float gradient[3][16];
@@ -90,7 +90,8 @@ void gather_quad(Quad& quad, const GridView& grid) {
                 d = rubbed(d, mean, Tile(group.friction[row]));
             }
             if constexpr (volume) {
-                const Vec3<Tile> gradient(load<Tile>(s.gradient[0], 0), load<Tile>(s.gradient[1], 0),
+                const Vec3<Tile> gradient(load<Tile>(s.gradient[0], 0),
+                                          load<Tile>(s.gradient[1], 0),
                                           load<Tile>(s.gradient[2], 0));
                 const Vec3<Tile> a =
                     volume_acceleration(gradient, Tile(group.volume[row]), Tile(grid.limit));

@@ -1,5 +1,5 @@
-// Adds the mass and the displacement of a quad's free points to the eight voxels around each (METHODS
-// 1.2), in exact integer sums.
+// Adds the mass and the displacement of a quad's free points to the eight voxels around each
+// (METHODS 1.2), in exact integer sums.
 #include "runtime/formula/grid.h"
 #include "runtime/pass/kernel.h"
 #include "runtime/pass/work.h"
@@ -43,7 +43,8 @@ void grid_scatter(const Quad& quad, const ScatterInput& in, const GridSums& sums
                 // Points faster than the unit count as if they moved by it.
                 store(min(max(d, Tile(-1.0f)), Tile(1.0f)), motion[c], 0);
             }
-            const Tile below = row + 1 < quad.rows ? load<Tile>(length + (row + 1) * 16, 0) : Tile(0.0f);
+            const Tile below =
+                row + 1 < quad.rows ? load<Tile>(length + (row + 1) * 16, 0) : Tile(0.0f);
             store((load<Tile>(length + row * 16, 0) + below) * Tile(0.5f), mass, 0);
 
             for (std::uint32_t l = 0; l < kTileLanes; ++l) {
@@ -57,9 +58,11 @@ void grid_scatter(const Quad& quad, const ScatterInput& in, const GridSums& sums
                 const auto part = [](std::uint32_t v, std::uint32_t brick, std::uint32_t step) {
                     return (v >> 2) * brick + (v & 3) * step;
                 };
-                const std::uint32_t px[2] = {part(cx, kBrickVoxels, 1), part(cx + 1, kBrickVoxels, 1)};
+                const std::uint32_t px[2] = {part(cx, kBrickVoxels, 1),
+                                             part(cx + 1, kBrickVoxels, 1)};
                 const std::uint32_t py[2] = {part(cy, row_stride, 4), part(cy + 1, row_stride, 4)};
-                const std::uint32_t pz[2] = {part(cz, slab_stride, 16), part(cz + 1, slab_stride, 16)};
+                const std::uint32_t pz[2] = {part(cz, slab_stride, 16),
+                                             part(cz + 1, slab_stride, 16)};
                 sums.touched[(cx >> 2) + g.bricks[0] * ((cy >> 2) + g.bricks[1] * (cz >> 2))] = 1;
 
                 const float m = mass[l] * in.mass_scale * kGridScale;
@@ -72,7 +75,8 @@ void grid_scatter(const Quad& quad, const ScatterInput& in, const GridSums& sums
                         for (int i = 0; i < 2; ++i) {
                             const float w = wx[i] * wy[j] * wz[k];
                             const Int4 fixed = __builtin_convertvector(value * w, Int4);
-                            momentum[px[i] + py[j] + pz[k]] += __builtin_convertvector(fixed, Long4);
+                            momentum[px[i] + py[j] + pz[k]] +=
+                                __builtin_convertvector(fixed, Long4);
                         }
                 if (sums.filling) {
                     const float rho = density ? density[row * 16 + l] : in.mean_density;

@@ -1,4 +1,5 @@
-// Moves free points by their inertia, gravity and wind; carried points follow their root (METHODS 1.3).
+// Moves free points by their inertia, gravity and wind; carried points follow their root
+// (METHODS 1.3).
 #include "runtime/formula/verlet.h"
 #include "runtime/formula/wind.h"
 #include "runtime/pass/kernel.h"
@@ -21,7 +22,9 @@ void integrate_block(const Block& b, const SmallStep& step) {
     b.set_x(1, root.x1);
 
     const Work half_square(step.half_square);
-    const Work3 gravity = splat(step.gravity);
+    // Gravity enters with the elastic forces where there are any, so that at rest both are taken at
+    // the same place (local_shape.cpp).
+    const Work3 gravity = b.quad.flags.local_shape ? Work3(Work(0.0f)) : splat(step.gravity);
     for (std::size_t i = 2; i < b.rows; ++i) {
         const Work3 x = b.x(i), previous = b.x_previous(i);
         Work3 a = gravity;
@@ -29,8 +32,7 @@ void integrate_block(const Block& b, const SmallStep& step) {
             Work3 wind = splat(step.wind);
             if constexpr (air == Air::turbulent) {
                 for (const WindWave& w : step.wave)
-                    wind += splat(w.direction) *
-                            wave_at(x, splat(w.k), Work(w.phase));
+                    wind += splat(w.direction) * wave_at(x, splat(w.k), Work(w.phase));
             }
             const Work3 velocity = (x - previous) * Work(step.inverse_previous);
             a += wind_acceleration(wind, velocity, Work(group.drag[i]), Work(step.inverse_step));

@@ -1,5 +1,5 @@
 // Buffers of the pass interpolate, for C++ and GLSL: X(buffer, element, access).
-#define KERATIN_BIND_INTERPOLATE(X) \
+#define KERATIN_BIND_INTERPOLATE(X)  \
     X(position, float, read)         \
     X(root, float, read)             \
     X(strand_root, float, read)      \

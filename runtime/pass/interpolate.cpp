@@ -1,11 +1,11 @@
-// Render strands from three guides (METHODS 1.5): the rest pose carried by the strand's own root, moved
-// by the weighted displacement of the guides.
+// Render strands from three guides (METHODS 1.5): the rest pose carried by the strand's own root,
+// moved by the weighted displacement of the guides.
 #include "runtime/formula/interpolate.h"
-
-#include <cstring>
 
 #include "runtime/pass/kernel.h"
 #include "runtime/pass/work.h"
+
+#include <cstring>
 
 namespace keratin::KERATIN_ISA {
 KERATIN_DECLARE_KERNELS
@@ -49,7 +49,8 @@ std::uint16_t to_half(float value) {
     f &= 0x7fffffffu;
     if (f > 0x7f800000u) return std::uint16_t(sign | 0x7e00u);
     if (f >= 0x477ff000u) return std::uint16_t(sign | 0x7c00u);
-    if (f < 0x38800000u) {  // below the smallest normal half: adding 0.5 leaves the rounded multiple
+    if (f <
+        0x38800000u) {  // below the smallest normal half: adding 0.5 leaves the rounded multiple
         float magnitude;
         std::memcpy(&magnitude, &f, 4);
         magnitude += 0.5f;
@@ -91,15 +92,16 @@ void stream_out(const T* from, std::size_t count, T* to) {
     for (; i < count; ++i) to[i] = from[i];
 }
 
-// y = R x for points x, y, z, x, y, z, ... without taking them apart: every output is a sum over the
-// inputs up to two places away, with factors of period 3.
+// y = R x for points x, y, z, x, y, z, ... without taking them apart: every output is a sum over
+// the inputs up to two places away, with factors of period 3.
 struct Rotation {
     alignas(64) float factor[5][48];
     alignas(64) float offset[48];
 
     Rotation(const float* root) {
         const Vec4<float> q(root[0], root[1], root[2], root[3]);
-        const Vec3<float> column[3] = {rotate(q, Vec3<float>(1, 0, 0)), rotate(q, Vec3<float>(0, 1, 0)),
+        const Vec3<float> column[3] = {rotate(q, Vec3<float>(1, 0, 0)),
+                                       rotate(q, Vec3<float>(0, 1, 0)),
                                        rotate(q, Vec3<float>(0, 0, 1))};
         for (int i = 0; i < 48; ++i) {
             const int c = i % 3;
@@ -156,7 +158,8 @@ void add_line(const StrandBatch& b, std::uint32_t lane, float weight, std::uint3
 void write_tangents(const float* x, std::uint32_t count, float* out) {
     for (std::uint32_t j = 0; j < count; ++j) {
         const std::uint32_t a = j > 0 ? j - 1 : 0, e = j + 1 < count ? j + 1 : j;
-        const Vec3<float> d(x[e * 3] - x[a * 3], x[e * 3 + 1] - x[a * 3 + 1], x[e * 3 + 2] - x[a * 3 + 2]);
+        const Vec3<float> d(x[e * 3] - x[a * 3], x[e * 3 + 1] - x[a * 3 + 1],
+                            x[e * 3 + 2] - x[a * 3 + 2]);
         const Vec3<float> t = normalize_or(d, Vec3<float>(0, 1, 0));
         out[j * 3] = t.x, out[j * 3 + 1] = t.y, out[j * 3 + 2] = t.z;
     }
@@ -169,7 +172,7 @@ void interpolate(const StrandBatch& b, std::uint32_t begin, std::uint32_t end) {
     alignas(64) float stage[(kStage + kLongest + 32) * 3];
     alignas(64) std::uint16_t halves[(kStage + kLongest) * 3];
     rest[0] = rest[1] = 0;
-    std::size_t staged = 0;                        // floats
+    std::size_t staged = 0;  // floats
     std::size_t out = std::size_t{b.first_point[begin]} * 3;
     Rotation rotation(b.root + begin * b.root_stride);
 
@@ -194,7 +197,8 @@ void interpolate(const StrandBatch& b, std::uint32_t begin, std::uint32_t end) {
                 const float* g1 = b.line + line_first(b.tile_first_row, guide[1]);
                 const float* g2 = b.line + line_first(b.tile_first_row, guide[2]);
                 const float w0 = w[0], w1 = w[1], w2 = w[2];
-                for (std::size_t i = 0; i < floats; ++i) x[i] += w0 * g0[i] + w1 * g1[i] + w2 * g2[i];
+                for (std::size_t i = 0; i < floats; ++i)
+                    x[i] += w0 * g0[i] + w1 * g1[i] + w2 * g2[i];
             } else {
                 for (int k = 0; k < 3; ++k) add_line(b, guide[k], w[k], first, count, x);
             }

@@ -6,20 +6,20 @@
 #include "runtime/pass/quad.h"
 #include "runtime/pass/strands.h"
 
-#define KERATIN_KERNELS(X)                                                                       \
-    X(void, prepare, (Quad & quad))                                                              \
-    X(void, integrate, (Quad & quad, const SmallStep& step))                                     \
-    X(void, local_shape, (Quad & quad, const SmallStep& step))                                   \
-    X(void, stretch, (Quad & quad, const SmallStep& step))                                       \
-    X(void, collide, (Quad & quad, const SmallStep& step))                                       \
-    X(void, final_length, (Quad & quad, const SmallStep& step))                                  \
-    X(std::uint64_t, check, (Quad & quad))                                                       \
-    X(void, grid_scatter, (const Quad& quad, const ScatterInput& in, const GridSums& sums))      \
-    X(void, grid_resolve,                                                                        \
-      (const GridSums* threads, std::uint32_t thread_count, std::size_t brick,                   \
-       float displacement_unit, float* field))                                                   \
-    X(void, grid_gather, (Quad & quad, const GridView& grid))                                    \
-    X(void, guide_lines, (const Quad& quad, float* lines))                                       \
+#define KERATIN_KERNELS(X)                                                                  \
+    X(void, prepare, (Quad & quad))                                                         \
+    X(void, integrate, (Quad & quad, const SmallStep& step))                                \
+    X(void, local_shape, (Quad & quad, const SmallStep& step))                              \
+    X(void, stretch, (Quad & quad, const SmallStep& step))                                  \
+    X(void, collide, (Quad & quad, const SmallStep& step))                                  \
+    X(void, final_length, (Quad & quad, const SmallStep& step))                             \
+    X(std::uint64_t, check, (Quad & quad))                                                  \
+    X(void, grid_scatter, (const Quad& quad, const ScatterInput& in, const GridSums& sums)) \
+    X(void, grid_resolve,                                                                   \
+      (const GridSums* threads, std::uint32_t thread_count, std::size_t brick,              \
+       float displacement_unit, float* field))                                              \
+    X(void, grid_gather, (Quad & quad, const GridView& grid))                               \
+    X(void, guide_lines, (const Quad& quad, float* lines))                                  \
     X(void, interpolate, (const StrandBatch& batch, std::uint32_t begin, std::uint32_t end))
 
 namespace keratin {

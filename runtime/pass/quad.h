@@ -5,10 +5,10 @@
 //   scratch array  [slot][row][64 lanes], one set a thread; slots below
 #pragma once
 
+#include "schema/layout.h"
+
 #include <cstddef>
 #include <cstdint>
-
-#include "schema/layout.h"
 
 namespace keratin {
 
@@ -16,20 +16,23 @@ inline constexpr std::size_t kQuadLanes = kQuadTiles * kTileLanes;
 
 // Scratch slots: numbers per point that live only while a quad is worked on.
 enum Slot : std::uint32_t {
-    slot_inverse_mass,    // 1 / (mass per line density) (1/m), 0 where a point is carried or absent
-    slot_stiffness,       // h^2 k of the joint at this point, per line density (m)
-    slot_pivot,           // 1 / D of the bending system's L D L^T
-    slot_band1,           // L, one below the diagonal
-    slot_band2,           // L, two below
-    slot_x, slot_y, slot_z,  // right-hand side, then directions of the segments
-    slot_sweep1, slot_sweep2,  // elimination of the stretch system
+    slot_inverse_mass,  // 1 / (mass per line density) (1/m), 0 where a point is carried or absent
+    slot_stiffness,     // h^2 k of the joint at this point, per line density (m)
+    slot_pivot,         // 1 / D of the bending system's L D L^T
+    slot_band1,         // L, one below the diagonal
+    slot_band2,         // L, two below
+    slot_x,
+    slot_y,
+    slot_z,  // right-hand side, then directions of the segments
+    slot_sweep1,
+    slot_sweep2,  // elimination of the stretch system
     slot_count
 };
 
 // Values per lane at the begin and end of the step, and at the small step: 64 lanes each.
 enum RootSlot : std::uint32_t {
-    root_begin = 0,   // x0, x1, u: 9 rows
-    root_end = 9,     // 9 rows
+    root_begin = 0,  // x0, x1, u: 9 rows
+    root_end = 9,    // 9 rows
     root_slot_count = 18
 };
 
@@ -40,10 +43,12 @@ struct ColliderPose {
     // World to the shape's own space: x -> to_own (x - place); rows of the matrix.
     float to_own[9];
     float place[3];
-    // Where the material point now at x was at the start of the small step: from_now x + from_place.
+    // Where the material point now at x was at the start of the small step: from_now x +
+    // from_place.
     float from_now[9];
     float from_place[3];
-    // World bounds of the surface plus its contact distance, at the start and end of the small step.
+    // World bounds of the surface plus its contact distance, at the start and end of the small
+    // step.
     float bounds_min[3], bounds_max[3];
 };
 
@@ -61,9 +66,9 @@ struct ColliderShapeData {
     float a[3] = {}, b[3] = {};
     float inverse_square = 0, radius = 0;
     float friction = 0;
-    float distance = 0;    // kept to the surface
-    // Carried with the body: a point may stay as deep as it is in the groom at rest. Then the rest pose
-    // to the shape's own space.
+    float distance = 0;  // kept to the surface
+    // Carried with the body: a point may stay as deep as it is in the groom at rest. Then the rest
+    // pose to the shape's own space.
     std::uint32_t allows_rest_depth = 0;
     float rest_to_own[9] = {};
     float rest_place[3] = {};
@@ -79,25 +84,25 @@ struct WindWave {
 };
 
 struct SmallStep {
-    float fraction = 0;      // of the step at the end of the small step, (0, 1]
-    float step_ratio = 1;    // h / h-
-    float half_square = 0;   // h (h + h-) / 2, s^2
-    float inverse_step = 0;  // 1 / h, 1/s
+    float fraction = 0;          // of the step at the end of the small step, (0, 1]
+    float step_ratio = 1;        // h / h-
+    float half_square = 0;       // h (h + h-) / 2, s^2
+    float inverse_step = 0;      // 1 / h, 1/s
     float inverse_previous = 0;  // 1 / h-, 1/s
     float gravity[3] = {};
-    float wind[3] = {};      // m/s, mean wind with gust now
+    float wind[3] = {};  // m/s, mean wind with gust now
     WindWave wave[kWindWaves] = {};
     const ColliderPose* colliders = nullptr;
 };
 
 // Parameters of a group for quads of one number of rows, per point from root to tip.
 struct QuadClass {
-    float keep[kStrandMaxPoints];       // (1 - damping)^(60 h)
-    float drag[kStrandMaxPoints];       // 1/s, wind response times the drag rate
-    float friction[kStrandMaxPoints];   // share of the grid's displacement this step
-    float volume[kStrandMaxPoints];     // m^2/s^2
-    float stiffness_step = 0;           // h^2 E I / (density area), m^4
-    float pull = 0;                     // global length factor of a small step
+    float keep[kStrandMaxPoints];      // (1 - damping)^(60 h)
+    float drag[kStrandMaxPoints];      // 1/s, wind response times the drag rate
+    float friction[kStrandMaxPoints];  // share of the grid's displacement this step
+    float volume[kStrandMaxPoints];    // m^2/s^2
+    float stiffness_step = 0;          // h^2 E I / (density area), m^4
+    float pull = 0;                    // global length factor of a small step
     float length_damping = 0;
 };
 
@@ -111,7 +116,8 @@ struct Quad {
     float* position = nullptr;
     float* previous = nullptr;
     const float* length = nullptr;  // rest lengths
-    const float* shape = nullptr;   // rest edges in the parent's frame
+    const float* shape = nullptr;   // row 0: the root's director
+    const float* edge = nullptr;    // unloaded edges in the root's frame
     const float* rest = nullptr;    // rest positions
     // Root transforms: quaternion (4) and translation (3), components 16 lanes apart; tiles
     // root_stride floats apart (0: one for all).
@@ -125,10 +131,11 @@ struct Quad {
     std::uint32_t collider_count = 0;
     StepFlags flags;
     float bounds_min[3] = {}, bounds_max[3] = {};  // of all points, out of the last stretch sweep
-    float fastest = 0;  // largest |x - x_previous|^2, out of check()
+    float fastest = 0;                             // largest |x - x_previous|^2, out of check()
 };
 
-[[gnu::always_inline]] constexpr std::size_t scratch_index(std::uint32_t slot, std::uint32_t rows, std::uint32_t row) {
+[[gnu::always_inline]] constexpr std::size_t scratch_index(std::uint32_t slot, std::uint32_t rows,
+                                                           std::uint32_t row) {
     return (std::size_t{slot} * rows + row) * kQuadLanes;
 }
 

@@ -95,10 +95,18 @@ KERATIN_ALWAYS_INLINE Work depth_in(const ColliderShapeData& s, const ColliderPo
 template <class Body>
 KERATIN_ALWAYS_INLINE void with_shape(ShapeKind kind, Body&& body) {
     switch (kind) {
-        case ShapeKind::capsule: body.template operator()<ShapeKind::capsule>(); break;
-        case ShapeKind::box: body.template operator()<ShapeKind::box>(); break;
-        case ShapeKind::plane: body.template operator()<ShapeKind::plane>(); break;
-        case ShapeKind::grid: body.template operator()<ShapeKind::grid>(); break;
+        case ShapeKind::capsule:
+            body.template operator()<ShapeKind::capsule>();
+            break;
+        case ShapeKind::box:
+            body.template operator()<ShapeKind::box>();
+            break;
+        case ShapeKind::plane:
+            body.template operator()<ShapeKind::plane>();
+            break;
+        case ShapeKind::grid:
+            body.template operator()<ShapeKind::grid>();
+            break;
     }
 }
 

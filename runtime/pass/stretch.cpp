@@ -1,5 +1,5 @@
-// Segment lengths: the tension of all segments of a strand at once, and on the way out the pull of the
-// global length (METHODS 1.4, stretch and global length).
+// Segment lengths: the tension of all segments of a strand at once, and on the way out the pull of
+// the global length (METHODS 1.4, stretch and global length).
 //
 // The linearised constraints t_i . (dx_i - dx_{i-1}) = l_i - |e_i| with dx = W grad^T lambda are a
 // tridiagonal system; it is eliminated from the tip and solved from the root.
@@ -106,7 +106,8 @@ void stretch(Quad& quad, const SmallStep&) {
         const float low[3] = {lowest(box.low.x), lowest(box.low.y), lowest(box.low.z)};
         const float high[3] = {highest(box.high.x), highest(box.high.y), highest(box.high.z)};
         for (int c = 0; c < 3; ++c) {
-            quad.bounds_min[c] = lane == 0 || low[c] < quad.bounds_min[c] ? low[c] : quad.bounds_min[c];
+            quad.bounds_min[c] =
+                lane == 0 || low[c] < quad.bounds_min[c] ? low[c] : quad.bounds_min[c];
             quad.bounds_max[c] =
                 lane == 0 || high[c] > quad.bounds_max[c] ? high[c] : quad.bounds_max[c];
         }

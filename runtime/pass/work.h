@@ -1,5 +1,5 @@
-// How a pass walks a quad: blocks of as many lanes as the instruction set works on at a time, each with
-// its rows.
+// How a pass walks a quad: blocks of as many lanes as the instruction set works on at a time, each
+// with its rows.
 #pragma once
 
 #include "runtime/lane/lanes.h"
@@ -12,10 +12,11 @@ using Work3 = Vec3<Work>;
 // Lanes lane .. lane + kWorkLanes of a quad.
 struct Block {
     const Quad& quad;
-    std::size_t lane;   // first lane, multiple of 16
+    std::size_t lane;  // first lane, multiple of 16
     std::size_t rows;
 
-    KERATIN_ALWAYS_INLINE Block(const Quad& q, std::size_t first) : quad(q), lane(first), rows(q.rows) {}
+    KERATIN_ALWAYS_INLINE Block(const Quad& q, std::size_t first)
+        : quad(q), lane(first), rows(q.rows) {}
 
     KERATIN_ALWAYS_INLINE std::size_t tile(std::size_t components) const {
         return lane / kTileLanes * rows * components * kTileLanes;
@@ -46,6 +47,9 @@ struct Block {
     }
     KERATIN_ALWAYS_INLINE Work3 shape(std::size_t row) const {
         return load3<Work>(quad.shape + tile(3) + row * 3 * kTileLanes, stride(3));
+    }
+    KERATIN_ALWAYS_INLINE Work3 edge(std::size_t row) const {
+        return load3<Work>(quad.edge + tile(3) + row * 3 * kTileLanes, stride(3));
     }
     KERATIN_ALWAYS_INLINE Work3 rest(std::size_t row) const {
         return load3<Work>(quad.rest + tile(3) + row * 3 * kTileLanes, stride(3));
@@ -111,7 +115,8 @@ KERATIN_ALWAYS_INLINE RootNow root_now(const Block& b, float fraction) {
     r.direction = normalize_or(e, Work3(Work(0.0f), Work(1.0f), Work(0.0f)));
     r.x1 = r.x0 + r.direction * b.length(1);
     const Work3 u = u_a + (u_b - u_a) * s;
-    r.director = normalize_or(u - r.direction * dot(r.direction, u), any_perpendicular(r.direction));
+    r.director =
+        normalize_or(u - r.direction * dot(r.direction, u), any_perpendicular(r.direction));
     return r;
 }
 

@@ -24,16 +24,23 @@ KERATIN_FORMULA Real3 minimal_rotation(Real3 a, Real3 b, Real3 axis, Real3 v) {
     return select(opposite, half_turn, turned);
 }
 
-// The same for a director u perpendicular to a, made perpendicular to b and of unit length again
-// (rounding would let it drift). Half turns are about u itself: u stays.
+// The same in the form v - ((a + b).v) / (1 + c) (a + b) + 2 (a.v) b, for where a and b are not
+// opposite; within 1e-3 rad of it the result is still bounded and continuous, but not a rotation.
+KERATIN_FORMULA Real3 minimal_turn(Real3 a, Real3 b, Real3 v) {
+    Real3 sum = a + b;
+    Real share = dot(sum, v) / max(Real(1) + dot(a, b), Real(1e-6));
+    return v - sum * share + b * (Real(2) * dot(a, v));
+}
+
+// The same for a director u perpendicular to a. Half turns are about u itself: u stays.
 //   P(a, b) u = u - (b.u) / (1 + c) (a + b), from P v = v - ((a+b).v)/(1+c) (a+b) + 2 (a.v) b.
+// Rounding moves it by about 1e-7 a call, which over the at most 32 segments of a strand is far
+// below what is seen; it starts anew from the root's director each time.
 KERATIN_FORMULA Real3 transport_director(Real3 a, Real3 b, Real3 u) {
     Real c = dot(a, b);
     Bool opposite = Real(1) + c < Real(1e-7);
-    Real inverse = Real(1) / select(opposite, Real(1), Real(1) + c);
-    Real3 turned = u - (a + b) * (dot(b, u) * inverse);
-    Real3 chosen = select(opposite, u, turned);
-    return normalize_or(chosen - b * dot(b, chosen), any_perpendicular(b));
+    Real share = dot(b, u) / select(opposite, Real(1), Real(1) + c);
+    return u - (a + b) * select(opposite, Real(0), share);
 }
 
 // A unit director perpendicular to the unit direction t, as near to u as can be.

@@ -22,6 +22,12 @@ KERATIN_ALWAYS_INLINE float min(float a, float b) { return a < b ? a : b; }
 KERATIN_ALWAYS_INLINE float max(float a, float b) { return a > b ? a : b; }
 KERATIN_ALWAYS_INLINE double min(double a, double b) { return a < b ? a : b; }
 KERATIN_ALWAYS_INLINE double max(double a, double b) { return a > b ? a : b; }
+// The nearest whole number, ties to the even one, for |a| < 2^22: adding 1.5 * 2^23 leaves no bits
+// for the rest. The same in every instruction set; GLSL has roundEven.
+KERATIN_ALWAYS_INLINE float round_even(float a) { return (a + 12582912.0f) - 12582912.0f; }
+KERATIN_ALWAYS_INLINE double round_even(double a) {
+    return (a + 6755399441055744.0) - 6755399441055744.0;
+}
 KERATIN_ALWAYS_INLINE float abs(float a) { return std::fabs(a); }
 KERATIN_ALWAYS_INLINE double abs(double a) { return std::fabs(a); }
 
@@ -101,6 +107,7 @@ KERATIN_ALWAYS_INLINE Vec4<Real> select(const Condition& c, const Vec4<Real>& a,
 
 }  // namespace keratin
 #else
+float round_even(float a) { return roundEven(a); }
 float select(bool c, float a, float b) { return c ? a : b; }
 vec3 select(bool c, vec3 a, vec3 b) { return c ? a : b; }
 vec4 select(bool c, vec4 a, vec4 b) { return c ? a : b; }

@@ -1,11 +1,11 @@
 #include "tools/scenes/groom.h"
 
+#include "schema/formula/frame.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
-
-#include "schema/formula/frame.h"
 
 namespace keratin::scenes {
 
@@ -81,7 +81,8 @@ Groom make_groom(std::span<const Line> strands, const GroomOptions& options) {
     for (std::uint32_t s = 0; s < strands.size(); s += options.guide_every) guides.push_back(s);
     std::ranges::stable_sort(guides, {}, [&](std::uint32_t s) { return strands[s].size(); });
     info.guide_count = std::uint32_t(guides.size());
-    const std::size_t quads = (guides.size() + kTileLanes * kQuadTiles - 1) / (kTileLanes * kQuadTiles);
+    const std::size_t quads =
+        (guides.size() + kTileLanes * kQuadTiles - 1) / (kTileLanes * kQuadTiles);
     info.tile_count = std::uint32_t(quads * kQuadTiles);
 
     const auto guide_of = [&](std::size_t lane) -> std::int64_t {
@@ -233,7 +234,8 @@ Groom make_groom(std::span<const Line> strands, const GroomOptions& options) {
         for (const auto& t : options.body.triangle)
             g.mesh_triangle.insert(g.mesh_triangle.end(), t.begin(), t.end());
         info.vertex_count = info.mesh_vertex_count = std::uint32_t(options.body.vertex.size());
-        info.triangle_count = info.mesh_triangle_count = std::uint32_t(options.body.triangle.size());
+        info.triangle_count = info.mesh_triangle_count =
+            std::uint32_t(options.body.triangle.size());
     }
     if (options.density) {
         // Everything alike: the hair's mass over the box of the groom.
@@ -243,10 +245,12 @@ Groom make_groom(std::span<const Line> strands, const GroomOptions& options) {
             mass += double(l) * double(m.density) * 3.14159265358979 * m.radius * m.radius2;
         for (std::size_t c = 0; c < 3; ++c)
             box *= std::max(1e-3, double(info.bounds_max[c]) - info.bounds_min[c]);
-        std::ranges::fill(g.guide_density,
-                          float(mass * std::max(1.0, double(strands.size()) / double(guides.size())) / box));
+        std::ranges::fill(
+            g.guide_density,
+            float(mass * std::max(1.0, double(strands.size()) / double(guides.size())) / box));
     }
-#define X(name, element, domain, components, presence, target, unit, meaning) g.fields.name = g.name;
+#define X(name, element, domain, components, presence, target, unit, meaning) \
+    g.fields.name = g.name;
     KERATIN_ASSET_FIELDS(X)
 #undef X
     return g;

@@ -1,14 +1,15 @@
-// Assets made in memory: strands as points go in, the fields of an asset come out, tiled, sorted and
-// padded as schema/layout.h asks. For tests, reports and the bench; keratin-bake makes real ones.
+// Assets made in memory: strands as points go in, the fields of an asset come out, tiled, sorted
+// and padded as schema/layout.h asks. For tests, reports and the bench; keratin-bake makes real
+// ones.
 #pragma once
+
+#include "schema/asset.h"
+#include "schema/fields.h"
 
 #include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
-
-#include "schema/asset.h"
-#include "schema/fields.h"
 
 namespace keratin::scenes {
 
@@ -23,15 +24,15 @@ struct Body {
 struct GroomOptions {
     std::uint32_t guide_every = 1;  // every n-th strand is a guide
     Attach attach = Attach::bone;
-    GroupInfo group;                // one group for all
+    GroupInfo group;  // one group for all
     std::vector<std::string> bones;
     // With bones: bone of each strand, weight 1.
     std::vector<std::uint32_t> bone_of_strand;
     // With triangles: body and the triangle of each strand's root.
     Body body;
     std::vector<std::uint32_t> triangle_of_strand;
-    bool density = false;           // store a density of the groom at rest
-    bool fractions = false;         // store the arc-length fractions
+    bool density = false;    // store a density of the groom at rest
+    bool fractions = false;  // store the arc-length fractions
     std::vector<AssetCollider> colliders;
 };
 
@@ -51,15 +52,16 @@ struct Groom {
     Groom& operator=(const Groom&) = delete;
 };
 
-// Each line has 2..1024 points (guides: 3..32 for the strand solver). Three guides of a render strand
-// are those with the nearest roots, weighted by the inverse distance.
+// Each line has 2..1024 points (guides: 3..32 for the strand solver). Three guides of a render
+// strand are those with the nearest roots, weighted by the inverse distance.
 Groom make_groom(std::span<const Line> strands, const GroomOptions& options);
 
 // One straight strand from `root` along the unit `direction`.
 Line straight_line(const Point& root, const Point& direction, double length, std::uint32_t points);
 
-// Hair on the upper half of a sphere about the origin, roots evenly spread (Fibonacci lattice), leaving
-// along the normal. `curl` (m): radius of a helix wound around the straight line, two turns.
+// Hair on the upper half of a sphere about the origin, roots evenly spread (Fibonacci lattice),
+// leaving along the normal. `curl` (m): radius of a helix wound around the straight line, two
+// turns.
 std::vector<Line> hair_on_sphere(std::uint32_t count, std::uint32_t points, double radius,
                                  double length, double curl);
 
