@@ -121,7 +121,7 @@ Result<Inputs> read_inputs(const Recipe& recipe) {
     Inputs out;
     out.files.push_back(recipe.file);
     for (const CurveSource& source : recipe.curves) {
-        auto groom = read_curves(source.file);
+        auto groom = read_curves(source.file, source.time);
         if (!groom) return groom.error();
         if (auto ok = record("curves", source.file, out); !ok) return ok.error();
         for (const std::string& file : groom->dependencies) out.files.push_back(file);

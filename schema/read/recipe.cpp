@@ -95,6 +95,7 @@ Result<void> read_curves(const TypedJson& json, const fb::Recipe& in, const std:
         const auto* bones = curves.bones() ? curves.bones() : in.bones();
         if (bones) source.bones = resolve_path(folder, bones->str());
         if (curves.scale()) source.scale = *curves.scale();
+        if (curves.time()) source.time = *curves.time();
         if (curves.root_end()) source.root_end = same_word<RootEnd>(*curves.root_end());
         out.curves.push_back(std::move(source));
     }

@@ -25,6 +25,7 @@ struct CurveSource {
     std::string bones;                    // .tfxbone of this file, resolved; empty: none
     double scale = 1;                     // on top of the recipe's
     RootEnd root_end = RootEnd::automatic;
+    double time = 0;             // s; of a file that moves, the sample nearest to it is baked
 };
 
 struct GroupRecipe {

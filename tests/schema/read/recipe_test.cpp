@@ -42,7 +42,7 @@ TEST_CASE("every field of a recipe is read") {
       // a head of hair
       "curves": [
         { "file": "a.tfx", "mesh_nodes": ["Mesh_head", "Mesh_hair*"], "group": "top", "scale": 2,
-          "root_end": "last", "bones": "a.tfxbone" },
+          "root_end": "last", "bones": "a.tfxbone", "time": 1.5 },
         { "file": "/abs/b.obj", "root_end": "auto" } ],
       "mesh": { "file": "../head.obj", "keep": "all" },
       "scale": 0.0027, "up_axis": "z", "points_per_strand": 24,
@@ -62,6 +62,8 @@ TEST_CASE("every field of a recipe is read") {
     CHECK(recipe->curves[0].group == "top");
     CHECK(recipe->curves[0].scale == 2);
     CHECK(recipe->curves[0].root_end == RootEnd::last);
+    CHECK(recipe->curves[0].time == 1.5);
+    CHECK(recipe->curves[1].time == 0);
     CHECK(recipe->curves[0].bones == "grooms/x/a.tfxbone");
     CHECK(recipe->curves[1].file == "/abs/b.obj");
     CHECK(recipe->curves[1].root_end == RootEnd::automatic);
