@@ -163,6 +163,29 @@ TEST_CASE("hair throws a shadow on a surface") {
     CHECK(beside < under / 2);
 }
 
+TEST_CASE("the ground lies under everything, as light as the background, and shows shadows") {
+    Hair hair;
+    for (int s = -20; s <= 20; ++s)
+        hair.add({{0.01f * float(s), 0, 0}, {0.01f * float(s), 0.6f, 0}}, 0.006f,
+                 {0.1f, 0.1f, 0.1f});
+    const Camera camera{{0, 3, 3}, {0, 0.1f, 0}};
+    RenderSettings settings;
+    settings.width = settings.height = 64;
+    settings.samples = 8;
+    const std::vector<StrandCurves> strands{hair.curves()};
+    const auto without = render(strands, {}, camera, settings);
+    settings.ground = true;
+    const auto with = render(strands, {}, camera, settings);
+    REQUIRE(without);
+    REQUIRE(with);
+    CHECK(difference(without->at(2, 60), with->at(2, 60)) < 12);  // far from the hair
+    int darker = 0;
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 64; ++x)
+            darker += brightness(with->at(x, y)) < brightness(without->at(x, y)) - 60;
+    CHECK(darker > 20);
+}
+
 TEST_CASE("a translucent surface shows what is behind it and throws no shadow") {
     Hair hair;
     hair.add({{-0.5f, 0, 0}, {0.5f, 0, 0}}, 0.05f, {0.9f, 0, 0});
