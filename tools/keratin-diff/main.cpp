@@ -6,6 +6,9 @@
 #include "tools/keratin-diff/report_json.h"
 #include "tools/keratin-diff/report_text.h"
 #include "tools/keratin-diff/summary.h"
+#ifdef KERATIN_WITH_VIEW
+#include "tools/keratin-view/difference.h"
+#endif
 
 #include <CLI/CLI.hpp>
 
@@ -42,7 +45,7 @@ Exit codes: 0 nothing beyond the limits, 1 the assets differ, 2 wrong usage or b
 3 an internal fault.)";
 
 struct Arguments {
-    std::string a, b, text_of, junit;
+    std::string a, b, text_of, junit, image;
     std::vector<std::string> warn, fail;
     bool strict = false, quiet = false, json = false;
 };
@@ -124,6 +127,32 @@ Result<Texts> compare_caches(const Arguments& arguments) {
 
 bool is_cached_run(const std::string& path) { return path.ends_with(".kcache"); }
 
+#ifdef KERATIN_WITH_VIEW
+// The last frame of a run, or an asset at rest.
+Result<view::Subject> last_subject(const std::string& path) {
+    const auto source = view::open_source(path, "");
+    if (!source) return source.error();
+    const std::size_t count = view::frame_count(*source);
+    if (count == 0) return Error{ErrorCode::input, path, "holds no frames"};
+    return view::subject_at(*source, count - 1);
+}
+
+Result<void> write_image(const Arguments& arguments) {
+    const auto a = last_subject(arguments.a);
+    if (!a) return a.error();
+    const auto b = last_subject(arguments.b);
+    if (!b) return b.error();
+    const auto drawn = view::draw_difference(*a, *b);
+    if (!drawn) return drawn.error();
+    return view::write_png(drawn->image, arguments.image);
+}
+#else
+Result<void> write_image(const Arguments&) {
+    return Error{ErrorCode::unsupported, "--image",
+                 "this build draws nothing: it was made without Embree"};
+}
+#endif
+
 int compare_files(const Arguments& arguments) {
     if (is_cached_run(arguments.a) != is_cached_run(arguments.b))
         return report_error({ErrorCode::usage, arguments.b,
@@ -134,6 +163,8 @@ int compare_files(const Arguments& arguments) {
     if (!arguments.junit.empty())
         if (auto ok = write_file(arguments.junit, texts->junit); !ok)
             return report_error(ok.error());
+    if (!arguments.image.empty())
+        if (auto ok = write_image(arguments); !ok) return report_error(ok.error());
     if (arguments.json)
         std::fputs(texts->json.c_str(), stdout);
     else if (!arguments.quiet)
@@ -168,6 +199,9 @@ int run(int argc, char** argv) {
     auto* json = app.add_flag("--json", arguments.json,
                               "print one JSON document (schema/report/keratin-diff.schema.json)");
     app.add_option("--junit", arguments.junit, "write a JUnit file");
+    app.add_option("--image", arguments.image,
+                   "draw b as PNG, coloured by its distance from a (strands of the same id; of "
+                   "runs the last frame)");
     app.add_flag("--quiet", arguments.quiet, "print nothing but errors");
     auto* text = app.add_option("--text", arguments.text_of,
                                 "print a short stable text of one asset instead");

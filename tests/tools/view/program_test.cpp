@@ -20,9 +20,10 @@ struct Outcome {
     std::string text;
 };
 // What the program writes to stdout, or with "2>&1 >/dev/null" in the arguments to stderr.
-Outcome run(const std::string& arguments, const std::string& before = "") {
+Outcome run(const std::string& arguments, const std::string& before = "",
+            const std::string& program = KERATIN_VIEW_PROGRAM) {
     Outcome outcome;
-    std::FILE* pipe = popen((before + " '" KERATIN_VIEW_PROGRAM "' " + arguments).c_str(), "r");
+    std::FILE* pipe = popen((before + " '" + program + "' " + arguments).c_str(), "r");
     REQUIRE(pipe);
     std::array<char, 4096> buffer;
     while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
@@ -173,6 +174,28 @@ TEST_CASE("keratin-view refuses wrong use with exit code 2, one line and no pict
         CHECK(std::count(outcome.text.begin(), outcome.text.end(), '\n') == 1);
         CHECK_FALSE(std::filesystem::exists(folder.file("wrong.png")));
     }
+}
+
+TEST_CASE("keratin-diff draws the difference of two assets or runs") {
+    const Folder folder("difference");
+    test::write_small_asset(folder.file("a.kera"));
+    test::write_small_run(folder.file("a.kera"), folder.file("a.kcache"));
+    auto moved = test::small_asset();
+    moved.strand_position[3 * 7] += 0.005f;
+    test::write_small_asset(folder.file("b.kera"), moved);
+    const std::string png = folder.file("d.png");
+    const auto diff = [&](const std::string& a, const std::string& b) {
+        return run(folder.file(a) + " " + folder.file(b) + " --quiet --image " + png, "",
+                   KERATIN_DIFF_PROGRAM);
+    };
+    CHECK(diff("a.kera", "b.kera").code == 1);
+    const auto different = view::read_image(png);
+    REQUIRE(different);
+    CHECK(diff("a.kera", "a.kera").code == 0);
+    const auto same = view::read_image(png);
+    REQUIRE(same);
+    CHECK(same->rgb != different->rgb);
+    CHECK(diff("a.kcache", "a.kcache").code == 0);
 }
 
 TEST_CASE("keratin-view explains itself") {
