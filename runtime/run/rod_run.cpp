@@ -189,6 +189,7 @@ void RodRun::add_to_layout(const SceneStrand& strand, std::size_t s) {
     layout_.head.guide_lane.push_back(kNoStrand);
     layout_.head.strand_radius.push_back(
         static_cast<float>(std::max(strand.radii[0], strand.radii[1])));
+    layout_.thickness.push_back(std::max(strand.radii[0], strand.radii[1]));
     layout_.id.push_back(static_cast<std::uint32_t>(s));
     for (std::size_t v = 0; v < rods_->vertex_count(s); ++v)
         layout_.mass.push_back(rods_->vertex_mass(s, v));

@@ -26,6 +26,8 @@ struct RunLayout {
     std::vector<double> stretch_stiffness;   // [simulated strands] N, EA
     std::vector<double> bend_stiffness;      // [simulated strands] N m^2, EI
     std::vector<std::uint32_t> held_points;  // [simulated strands] points at the root not simulated
+    std::vector<double> thickness;           // [simulated strands] m, radius that contact keeps
+                                             // free; empty: strands are lines
     std::vector<float> uv;                   // [render strands * 2] or empty
     std::vector<std::uint32_t> id;           // [render strands]
     std::uint64_t degrees_of_freedom = 0;

@@ -1,5 +1,6 @@
 #include "runtime/run/statistics.h"
 
+#include "runtime/run/mesh_frames.h"
 #include "tools/measure/energy.h"
 #include "tools/measure/shape.h"
 #include "tools/measure/solid.h"
@@ -54,26 +55,21 @@ struct GuideLine {
     }
 };
 
-// How deep x is in a collider, 0 outside.
-double depth_in(const CacheCollider& collider, Point x) {
+// Distance of x from the surface of a collider, m, negative inside.
+double distance_to(const CacheCollider& collider, Point x) {
     const Point a = to_point(collider.a), b = to_point(collider.b);
-    double away = 0;
     switch (collider.shape) {
         case CacheShape::plane:
-            away = measure::signed_distance(measure::Plane{a, b}, x);
-            break;
+            return measure::signed_distance(measure::Plane{a, b}, x);
         case CacheShape::sphere:
         case CacheShape::capsule:
-            away = measure::signed_distance(measure::Capsule{a, b, collider.radius}, x);
+            return measure::signed_distance(measure::Capsule{a, b, collider.radius}, x);
+        case CacheShape::box:
             break;
-        case CacheShape::box: {
-            const auto& q = collider.rotation;
-            const measure::Rigid pose{a, q[0], q[1], q[2], q[3]};
-            away = measure::signed_distance(measure::Box{{}, b}, measure::apply_inverse(pose, x));
-            break;
-        }
     }
-    return std::max(0.0, -away);
+    const auto& q = collider.rotation;
+    const measure::Rigid pose{a, q[0], q[1], q[2], q[3]};
+    return measure::signed_distance(measure::Box{{}, b}, measure::apply_inverse(pose, x));
 }
 
 }  // namespace
@@ -109,6 +105,16 @@ Result<std::unique_ptr<Statistics>> Statistics::create(const Scene& scene, const
             out->has_mesh_ = true;
         }
         out->bodies_.push_back(std::move(body));
+    }
+    for (const SceneCollider& collider : scene.colliders) {
+        const auto* shape = std::get_if<MeshShape>(&collider.shape);
+        if (!shape) continue;
+        auto read = read_obj_triangles(shape->file);
+        if (!read) return read.error();
+        std::vector<Point> vertices;
+        for (const auto& p : read->position) vertices.push_back({p[0], p[1], p[2]});
+        out->collider_meshes_.push_back(
+            {std::make_unique<measure::MeshDistance>(vertices, read->triangle), &collider});
     }
     out->spacing_ = size_of(layout.rest) * kNeighbourShare;
     if (out->spacing_ > 0)
@@ -148,13 +154,35 @@ double Statistics::mesh_penetration(const RunState& state) {
     return deepest;
 }
 
-double Statistics::collider_penetration(const RunState& state) const {
+double Statistics::distance_kept(const SceneCollider& collider, std::size_t strand) const {
+    if (layout_->thickness.empty()) return 0;
+    return collider.contact_distance > 0 ? collider.contact_distance : layout_->thickness[strand];
+}
+
+double Statistics::collider_penetration(double time, const RunState& state) const {
     double deepest = 0;
-    for (std::size_t c = 0; c < state.scene_colliders; ++c)
-        for (std::size_t s = 0; s + 1 < layout_->head.guide_first_point.size(); ++s)
-            for (std::size_t p = layout_->head.guide_first_point[s] + layout_->held_points[s];
-                 p < layout_->head.guide_first_point[s + 1]; ++p)
-                deepest = std::max(deepest, depth_in(state.colliders[c], state.position[p]));
+    const auto each_free_point = [&](auto&& visit) {
+        const auto& first = layout_->head.guide_first_point;
+        for (std::size_t s = 0; s + 1 < first.size(); ++s)
+            for (std::size_t p = first[s] + layout_->held_points[s]; p < first[s + 1]; ++p)
+                visit(s, state.position[p]);
+    };
+    // Those with a formula come in the scene's order.
+    std::size_t solids = 0;
+    for (const SceneCollider& collider : scene_->colliders) {
+        if (std::holds_alternative<MeshShape>(collider.shape)) continue;
+        const CacheCollider& solid = state.colliders[solids++];
+        each_free_point([&](std::size_t s, const Point& x) {
+            deepest = std::max(deepest, distance_kept(collider, s) - distance_to(solid, x));
+        });
+    }
+    for (const ColliderMesh& mesh : collider_meshes_) {
+        const measure::Rigid pose = to_rigid(pose_at(mesh.collider->motion, time));
+        each_free_point([&](std::size_t s, const Point& x) {
+            const double away = mesh.mesh->signed_distance(measure::apply_inverse(pose, x));
+            deepest = std::max(deepest, distance_kept(*mesh.collider, s) - away);
+        });
+    }
     return deepest;
 }
 
@@ -211,8 +239,8 @@ void Statistics::add_frame(double time, const RunState& state) {
         max_mesh_ = std::max(max_mesh_, deeper);
         series_["mesh_penetration"].push_back(deeper);
     }
-    if (state.scene_colliders > 0) {
-        const double depth = collider_penetration(state);
+    if (!scene_->colliders.empty()) {
+        const double depth = collider_penetration(time, state);
         max_collider_ = std::max(max_collider_, depth);
         series_["collider_penetration"].push_back(depth);
     }

@@ -40,13 +40,21 @@ class Statistics {
         std::vector<double> rest_depth;
         std::size_t first_point = 0;
     };
+    // A mesh of the scene that strands collide with, in its own space.
+    struct ColliderMesh {
+        std::unique_ptr<measure::MeshDistance> mesh;
+        const SceneCollider* collider = nullptr;
+    };
     double mesh_penetration(const RunState& state);
-    double collider_penetration(const RunState& state) const;
+    double collider_penetration(double time, const RunState& state) const;
+    // How far a strand's centre line is to keep away from a collider, m.
+    double distance_kept(const SceneCollider& collider, std::size_t strand) const;
     double interpolation_distance(const RunState& state) const;
 
     const Scene* scene_ = nullptr;
     const RunLayout* layout_ = nullptr;
     std::vector<Body> bodies_;
+    std::vector<ColliderMesh> collider_meshes_;
     std::vector<std::array<std::uint32_t, 2>> neighbours_;
     double spacing_ = 0;  // m, of the density grid
     bool has_mesh_ = false;

@@ -373,6 +373,28 @@ TEST_CASE("a free rod falls as a stone does, in implicit steps") {
     CHECK(last["kinetic"].get<double>() == Approx(given * 10 / 11).epsilon(1e-6));
 }
 
+TEST_CASE("how deep rods are in a collider counts from their surface, also in a mesh") {
+    const Folder folder;
+    // A cube of 2 m below y = 0, faces as quads; a rod of radius 1 cm lies 2 mm in it and stays.
+    folder.write("cube.obj",
+                 "v -1 -2 -1\nv 1 -2 -1\nv 1 0 -1\nv -1 0 -1\nv -1 -2 1\nv 1 -2 1\nv 1 0 1\nv -1 0 "
+                 "1\nf 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 4 8 7 3\nf 1 5 8 4\nf 2 3 7 6\n");
+    for (const std::string collider :
+         {R"({ "mesh": { "file": "cube.obj" } })",
+          R"({ "box": { "center": [0, -1, 0], "half_size": [1, 1, 1] } })",
+          R"({ "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } })"}) {
+        folder.write("rod.json", R"({ "solver": "rod", "frame": 0.001, "duration": 0.001,
+            "settings": { "contact": "none" }, "gravity": [0, 0, 0],
+            "strands": [{ "points": [[-0.2,0.008,0],[0,0.008,0],[0.2,0.008,0]], "radius": 0.01,
+                          "root": "free" }],
+            "colliders": [)" + collider +
+                                     "] }");
+        INFO(collider);
+        const json stats = folder.stats("rod.json --threads 1");
+        CHECK(stats["penetration"]["colliders"].get<double>() == Approx(0.002).epsilon(1e-6));
+    }
+}
+
 TEST_CASE("rods end in the same bits on two threads, and when saved and resumed") {
     const Folder folder;
     folder.write("rods.json", kRods);
