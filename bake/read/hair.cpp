@@ -33,8 +33,13 @@ Result<RawGroom> read_hair(std::string_view bytes, const std::string& file) {
         return has_segments ? load<std::uint16_t>(bytes, kHeaderSize + s * sizeof(std::uint16_t))
                             : default_segments;
     };
-    std::uint64_t sum = 0;
-    for (std::size_t s = 0; s < strands; ++s) sum += segments_of(s) + 1;
+    // Without an array nothing bounds the number of strands yet, so they are not counted one by
+    // one.
+    std::uint64_t sum = strands * (std::uint64_t{default_segments} + 1);
+    if (has_segments) {
+        sum = 0;
+        for (std::size_t s = 0; s < strands; ++s) sum += segments_of(s) + 1;
+    }
     if (sum != points)
         return damaged("the strands have " + std::to_string(sum) +
                        " points by their segments, but the header says " + std::to_string(points));

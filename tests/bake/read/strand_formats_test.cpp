@@ -163,6 +163,12 @@ TEST_CASE("a cut or contradictory .hair file is refused") {
     other = whole;
     overwrite(other, 4, std::uint32_t{0xffffffff});
     CHECK(!read_hair(other, "a.hair"));
+    // Four thousand million strands that only a number in the header speaks of, and no array.
+    other = whole;
+    overwrite(other, 4, std::uint32_t{0xffffffff});
+    overwrite(other, 12, std::uint32_t{2});
+    CHECK(message_of(read_hair(other, "a.hair")) ==
+          "a.hair: the strands have 4294967295 points by their segments, but the header says 6");
     other = whole;
     overwrite(other, 128 + 6 + 4, std::numeric_limits<float>::infinity());
     const auto groom = read_hair(other, "a.hair");
