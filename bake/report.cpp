@@ -160,7 +160,7 @@ std::string report_text(const BakeReport& report, std::span<const Finding> findi
     if (report.colliders) {
         line(std::to_string(report.colliders->count) +
              " colliders fitted; outside the mesh: " + millimetres(report.colliders->outside) +
-             "; mesh outside them: " + millimetres(report.colliders->gap));
+             "; mesh outside them, where hair comes: " + millimetres(report.colliders->gap));
     }
     if (const auto& grid = report.distance_grid) {
         line("distance grid: " + std::to_string(grid->stored_bricks) + " of " +

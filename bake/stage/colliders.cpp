@@ -10,23 +10,35 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <queue>
 
 namespace keratin {
 namespace {
 
-constexpr std::size_t kSurfaceSamples = 16000;
-constexpr std::size_t kCandidates = 4000;
-constexpr std::size_t kMostSpheres = 96;
+constexpr std::size_t kSurfaceSamples = 10000;
+constexpr std::size_t kMedialBalls = 1500;
+constexpr std::size_t kPairs = 2, kPairTries = 60;  // capsules for each ball, and how hard to look
+constexpr double kAlikeRadii = 0.6;                 // smaller radius over larger, at least
+constexpr double kReachRadii = 3, kTooNearRadii = 0.2;
+constexpr std::size_t kCorePoints = 12;  // places along a core at which the body is measured
+constexpr std::size_t kMostColliders = 96;
 constexpr double kLargestBulge = 0.002;  // m
 constexpr double kBulgeShare = 0.01;     // of the smallest extent of the reachable body
 constexpr double kGapShare = 0.25;       // of the bulge: a sample this far out is still covered
-constexpr double kNegligible = 0.0005;   // share of the samples for which no sphere is added
+constexpr double kLargestProbe = 0.008;  // m
+constexpr double kProbeShare = 0.04;     // of that extent
+constexpr double kExposedShare = 0.98;   // of the probe's radius
+constexpr std::size_t kWeighedRoots = 2000;
+constexpr double kNegligible = 0.0002;  // share of the weight for which no sphere is added
 constexpr int kShrinkSteps = 40;
-constexpr std::size_t kSpherePoints = 256;  // at which a sphere's surface is measured
-constexpr double kNoticedGap = 0.001;       // m, worth a warning
+constexpr std::size_t kSurfacePoints = 512;  // at which a collider's surface is measured
+constexpr double kOnSurface = 1e-9;          // m
+constexpr double kNoticedGap = 0.001;        // m, worth a warning
 
 struct Sample {
     Vec3 position, normal;
+    std::uint32_t triangle;
+    double weight;  // how much hair can come here
 };
 
 class PointTree {
@@ -88,7 +100,7 @@ std::vector<Sample> sample_surface(const RawMesh& mesh, const std::vector<std::u
             }
             out.push_back({(1 - u - v) * mesh.position[c[0]] + u * mesh.position[c[1]] +
                                v * mesh.position[c[2]],
-                           normal});
+                           normal, t, 0.0});
         }
     }
     return out;
@@ -114,55 +126,77 @@ struct Ball {
     double radius;
 };
 
-// Indices of the samples that each ball covers.
-std::vector<std::vector<std::uint32_t>> covered_by(const std::vector<Ball>& balls,
+// A sphere when a == b.
+struct Capsule {
+    Vec3 a, b;
+    double radius;
+};
+
+double distance_to_core(const Vec3& p, const Capsule& capsule) {
+    const Vec3 axis = capsule.b - capsule.a;
+    const double squared = axis.squaredNorm();
+    const double t = squared > 0 ? std::clamp((p - capsule.a).dot(axis) / squared, 0.0, 1.0) : 0.0;
+    return (p - capsule.a - t * axis).norm();
+}
+
+// Indices of the samples that each capsule covers.
+std::vector<std::vector<std::uint32_t>> covered_by(const std::vector<Capsule>& capsules,
                                                    const std::vector<Sample>& samples, double gap) {
-    std::vector<std::vector<std::uint32_t>> out(balls.size());
+    std::vector<std::vector<std::uint32_t>> out(capsules.size());
 #pragma omp parallel for schedule(dynamic, 32)
-    for (std::size_t b = 0; b < balls.size(); ++b) {
-        const double reach = balls[b].radius + gap;
+    for (std::size_t c = 0; c < capsules.size(); ++c) {
+        const double reach = capsules[c].radius + gap;
         for (std::size_t i = 0; i < samples.size(); ++i) {
-            if ((samples[i].position - balls[b].centre).squaredNorm() <= reach * reach) {
-                out[b].push_back(static_cast<std::uint32_t>(i));
+            if (distance_to_core(samples[i].position, capsules[c]) <= reach) {
+                out[c].push_back(static_cast<std::uint32_t>(i));
             }
         }
     }
     return out;
 }
 
-std::vector<Ball> greedy_cover(const std::vector<Ball>& balls, const std::vector<Sample>& samples,
-                               double gap) {
-    const auto covered = covered_by(balls, samples, gap);
+std::vector<Capsule> greedy_cover(const std::vector<Capsule>& capsules,
+                                  const std::vector<Sample>& samples, double gap) {
+    const auto covered = covered_by(capsules, samples, gap);
+    double total = 0;
+    for (const Sample& sample : samples) total += sample.weight;
     std::vector<std::uint8_t> done(samples.size(), 0);
-    std::vector<std::size_t> gain(balls.size());
-    for (std::size_t b = 0; b < balls.size(); ++b) gain[b] = covered[b].size();
-    const auto least =
-        static_cast<std::size_t>(std::max(1.0, kNegligible * static_cast<double>(samples.size())));
-    std::vector<Ball> out;
-    while (out.size() < kMostSpheres) {
-        // Gains only fall: an entry that is still the best after being counted anew is the best.
-        std::size_t best = balls.size();
-        std::size_t most = 0;
-        for (std::size_t b = 0; b < balls.size(); ++b) {
-            if (gain[b] <= most) continue;
-            gain[b] = static_cast<std::size_t>(std::count_if(
-                covered[b].begin(), covered[b].end(), [&](std::uint32_t i) { return !done[i]; }));
-            if (gain[b] > most) {
-                most = gain[b];
-                best = b;
-            }
+    const auto weigh = [&](std::size_t b) {
+        double sum = 0;
+        for (std::uint32_t i : covered[b]) sum += done[i] ? 0 : samples[i].weight;
+        return sum;
+    };
+    // Gains only fall: a candidate whose gain, counted anew, is still above the next one's old gain
+    // is the best. Equal gains: the lower number.
+    struct Entry {
+        double gain;
+        std::size_t index;
+        bool operator<(const Entry& other) const {
+            return gain < other.gain || (gain == other.gain && index > other.index);
         }
-        if (best == balls.size() || most < least) break;
-        out.push_back(balls[best]);
-        for (std::uint32_t i : covered[best]) done[i] = 1;
+    };
+    std::priority_queue<Entry> queue;
+    for (std::size_t c = 0; c < capsules.size(); ++c) queue.push({weigh(c), c});
+    std::vector<Capsule> out;
+    while (out.size() < kMostColliders && !queue.empty()) {
+        const Entry entry = queue.top();
+        queue.pop();
+        const Entry now{weigh(entry.index), entry.index};
+        if (!queue.empty() && now < queue.top()) {
+            queue.push(now);
+            continue;
+        }
+        if (now.gain < kNegligible * total) break;
+        out.push_back(capsules[now.index]);
+        for (std::uint32_t i : covered[now.index]) done[i] = 1;
     }
     return out;
 }
 
-// How far a point stands outside the union of the balls; negative inside.
-double outside_balls(const Vec3& p, const std::vector<Ball>& balls) {
+// How far a point stands outside the union of the capsules; negative inside.
+double outside_capsules(const Vec3& p, const std::vector<Capsule>& capsules) {
     double least = std::numeric_limits<double>::infinity();
-    for (const Ball& ball : balls) least = std::min(least, (p - ball.centre).norm() - ball.radius);
+    for (const Capsule& c : capsules) least = std::min(least, distance_to_core(p, c) - c.radius);
     return least;
 }
 
@@ -172,6 +206,68 @@ Vec3 sphere_point(std::size_t i, std::size_t count) {
     const double r = std::sqrt(1 - y * y);
     const double angle = static_cast<double>(i) * std::numbers::pi * (3 - std::sqrt(5.0));
     return {r * std::cos(angle), y, r * std::sin(angle)};
+}
+
+// How far the surface sticks out of the capsules; mean and percentile by the samples' weights.
+Spread weighted_gap(const std::vector<Sample>& samples, const std::vector<Capsule>& capsules) {
+    std::vector<std::pair<double, double>> gaps;
+    double total = 0, sum = 0;
+    for (const Sample& sample : samples) {
+        const double gap = std::max(0.0, outside_capsules(sample.position, capsules));
+        gaps.emplace_back(gap, sample.weight);
+        total += sample.weight;
+        sum += sample.weight * gap;
+    }
+    std::sort(gaps.begin(), gaps.end());
+    Spread out{sum / total, 0, gaps.back().first};
+    double below = 0;
+    for (const auto& [gap, weight] : gaps) {
+        below += weight;
+        out.p95 = gap;
+        if (below >= 0.95 * total) break;
+    }
+    return out;
+}
+
+// Capsules between medial balls that are not far from each other in place and size, each as thick
+// as the thinnest place of the body along its core allows.
+std::vector<Capsule> join_balls(const std::vector<Ball>& balls, const MeshTree& skin,
+                                double bulge) {
+    std::vector<std::array<std::uint32_t, 2>> pairs;
+    Random random(2);
+    for (std::uint32_t i = 0; i < balls.size(); ++i) {
+        for (std::size_t tries = 0, found = 0; tries < kPairTries && found < kPairs; ++tries) {
+            const auto j = static_cast<std::uint32_t>(random.below(balls.size()));
+            const double smaller = std::min(balls[i].radius, balls[j].radius);
+            const double larger = std::max(balls[i].radius, balls[j].radius);
+            const double distance = (balls[i].centre - balls[j].centre).norm();
+            if (j == i || smaller < kAlikeRadii * larger || distance > kReachRadii * larger ||
+                distance < kTooNearRadii * larger) {
+                continue;
+            }
+            pairs.push_back({i, j});
+            ++found;
+        }
+    }
+    std::vector<Capsule> out(pairs.size());
+#pragma omp parallel for schedule(dynamic, 32)
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+        const Ball &a = balls[pairs[k][0]], &b = balls[pairs[k][1]];
+        double radius = std::min(a.radius, b.radius);
+        for (std::size_t i = 1; i < kCorePoints; ++i) {
+            const double t = static_cast<double>(i) / static_cast<double>(kCorePoints);
+            const Vec3 p = (1 - t) * a.centre + t * b.centre;
+            radius = std::min(radius, bulge + skin.nearest(p).at.distance);
+        }
+        out[k] = {a.centre, b.centre, radius};
+    }
+    // What became much thinner than its ends crosses a gap of the body.
+    std::vector<Capsule> kept;
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+        const double ends = std::min(balls[pairs[k][0]].radius, balls[pairs[k][1]].radius);
+        if (out[k].radius > kAlikeRadii * ends) kept.push_back(out[k]);
+    }
+    return kept;
 }
 
 std::uint32_t bone_at(const Vec3& p, const RawMesh& mesh, const MeshTree& tree, const Groom& groom,
@@ -203,6 +299,32 @@ std::uint32_t bone_at(const Vec3& p, const RawMesh& mesh, const MeshTree& tree, 
     return carriers.bone[nearest][0];
 }
 
+// A sample of the surface as a ball of this radius sees it from outside: true when the ball can lie
+// on it without touching the surface elsewhere.
+bool exposed(const Sample& sample, const std::vector<Vec3>& points, const PointTree& tree,
+             double radius) {
+    const Sample outward{sample.position, -sample.normal, sample.triangle, 0};
+    const Vec3 centre = medial_centre(outward, points, tree, radius);
+    return (centre - sample.position).norm() > kExposedShare * radius;
+}
+
+// Weighs each sample by the strands that reach it: one with its root there counts 1, one whose
+// length just reaches counts 0.
+void weigh_by_reach(const Groom& groom, std::vector<Sample>& samples) {
+    std::vector<Ball> roots;
+    const std::size_t step = std::max<std::size_t>(1, groom.strand_count() / kWeighedRoots);
+    for (std::size_t s = 0; s < groom.strand_count(); s += step) {
+        roots.push_back({groom.points(s).front(), polyline_length(groom.points(s))});
+    }
+#pragma omp parallel for schedule(static)
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        for (const Ball& root : roots) {
+            const double distance = (samples[i].position - root.centre).norm();
+            samples[i].weight += std::max(0.0, 1 - distance / root.radius);
+        }
+    }
+}
+
 }  // namespace
 
 ColliderFit fit_colliders(const RawMesh& mesh, const Groom& groom, const Carriers& carriers,
@@ -213,95 +335,103 @@ ColliderFit fit_colliders(const RawMesh& mesh, const Groom& groom, const Carrier
         if (!triangle_normal(mesh, t).isZero()) all.push_back(t);
     }
     const MeshTree tree(mesh, all);
-    const std::vector<Sample> surface = sample_surface(mesh, all, kSurfaceSamples);
-    std::vector<Vec3> points;
-    for (const Sample& s : surface) points.push_back(s.position);
-    const PointTree point_tree(points);
-
-    // Longest strand that is rooted near each sample; a strand reaches what is nearer to its root
-    // than its length. Roots are thinned to those that differ.
-    std::vector<std::uint8_t> reached(surface.size(), 0);
-    {
-        std::vector<Ball> roots;
-        const std::size_t step = std::max<std::size_t>(1, groom.strand_count() / 2000);
-        for (std::size_t s = 0; s < groom.strand_count(); s += step) {
-            roots.push_back({groom.points(s).front(), polyline_length(groom.points(s))});
-        }
-#pragma omp parallel for schedule(static)
-        for (std::size_t i = 0; i < surface.size(); ++i) {
-            for (const Ball& root : roots) {
-                if ((surface[i].position - root.centre).squaredNorm() <=
-                    root.radius * root.radius) {
-                    reached[i] = 1;
-                    break;
-                }
-            }
-        }
-    }
+    std::vector<Sample> surface = sample_surface(mesh, all, kSurfaceSamples);
+    weigh_by_reach(groom, surface);
     Eigen::AlignedBox3d body;
-    for (std::size_t i = 0; i < surface.size(); ++i) {
-        if (reached[i]) body.extend(surface[i].position);
+    for (const Sample& sample : surface) {
+        if (sample.weight > 0) body.extend(sample.position);
     }
     if (body.isEmpty()) return out;
-    const double bulge = std::min(kLargestBulge, kBulgeShare * body.sizes().minCoeff());
+    const double smallest = body.sizes().minCoeff();
+    const double bulge = std::min(kLargestBulge, kBulgeShare * smallest);
     const double gap = kGapShare * bulge;
+    const double probe = std::min(kLargestProbe, kProbeShare * smallest);
 
-    // Surface that lies inside another part (teeth, the back of an eye) cannot be touched.
-    std::vector<Sample> wanted;
-    for (std::size_t i = 0; i < surface.size(); ++i) {
-        if (reached[i] && !tree.inside(surface[i].position + bulge * surface[i].normal)) {
-            wanted.push_back(surface[i]);
-        }
+    // The outer skin: triangles on which the probe can lie. Holes that are too narrow for it
+    // (mouth, nostrils) and what is inside another part (teeth, the back of an eye) count as
+    // filled.
+    std::vector<Vec3> points;
+    for (const Sample& s : surface) points.push_back(s.position);
+    const PointTree all_points(points);
+    std::vector<std::uint8_t> outer(all.size(), 0);
+#pragma omp parallel for schedule(dynamic, 64)
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const auto& c = mesh.triangle[all[i]];
+        const Sample centre{(mesh.position[c[0]] + mesh.position[c[1]] + mesh.position[c[2]]) / 3,
+                            triangle_normal(mesh, all[i]), all[i], 0};
+        outer[i] = exposed(centre, points, all_points, probe) &&
+                   !tree.inside(centre.position + bulge * centre.normal);
     }
+    std::vector<std::uint32_t> skin;
+    std::vector<std::uint8_t> in_skin(mesh.triangle.size(), 0);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        if (!outer[i]) continue;
+        skin.push_back(all[i]);
+        in_skin[all[i]] = 1;
+    }
+    if (skin.empty()) return out;
+    const MeshTree skin_tree(mesh, skin);
+    std::vector<Sample> wanted;
+    std::vector<Vec3> skin_points;
+    for (const Sample& sample : surface) {
+        if (!in_skin[sample.triangle]) continue;
+        skin_points.push_back(sample.position);
+        if (sample.weight > 0) wanted.push_back(sample);
+    }
+    if (wanted.empty()) return out;
 
-    std::vector<Ball> candidates;
+    std::vector<Ball> balls;
     {
+        const PointTree point_tree(skin_points);
         std::vector<std::uint32_t> from(wanted.size());
         std::iota(from.begin(), from.end(), 0u);
-        const std::size_t count = std::min(kCandidates, from.size());
-        Random(1).choose_first(std::span(from), count);
-        std::vector<Ball> found(count);
+        balls.resize(std::min(kMedialBalls, from.size()));
+        Random(1).choose_first(std::span(from), balls.size());
         const double largest = body.diagonal().norm();
 #pragma omp parallel for schedule(dynamic, 32)
-        for (std::size_t i = 0; i < count; ++i) {
-            const Vec3 centre = medial_centre(wanted[from[i]], points, point_tree, largest);
-            found[i] = {centre, bulge - tree.signed_distance(centre)};
-        }
-        for (const Ball& ball : found) {
-            if (ball.radius > bulge) candidates.push_back(ball);
+        for (std::size_t i = 0; i < balls.size(); ++i) {
+            const Vec3 centre = medial_centre(wanted[from[i]], skin_points, point_tree, largest);
+            balls[i] = {centre, bulge + skin_tree.nearest(centre).at.distance};
         }
     }
-    const std::vector<Ball> chosen = greedy_cover(candidates, wanted, gap);
+    std::vector<Capsule> candidates = join_balls(balls, skin_tree, bulge);
+    for (const Ball& ball : balls) candidates.push_back({ball.centre, ball.centre, ball.radius});
+    const std::vector<Capsule> chosen = greedy_cover(candidates, wanted, gap);
     if (chosen.empty()) return out;
 
-    std::vector<double> outside, sticking;
-    for (const Ball& ball : chosen) {
+    std::vector<double> outside;
+    for (const Capsule& capsule : chosen) {
         AssetCollider collider;
         for (int k = 0; k < 3; ++k) {
-            collider.a[static_cast<std::size_t>(k)] = static_cast<float>(ball.centre[k]);
+            collider.a[static_cast<std::size_t>(k)] = static_cast<float>(capsule.a[k]);
+            collider.b[static_cast<std::size_t>(k)] = static_cast<float>(capsule.b[k]);
         }
-        collider.b = collider.a;
-        collider.radius = static_cast<float>(ball.radius);
-        collider.bone = bone_at(ball.centre, mesh, tree, groom, carriers);
+        collider.radius = static_cast<float>(capsule.radius);
+        collider.bone = bone_at(0.5 * (capsule.a + capsule.b), mesh, tree, groom, carriers);
         out.colliders.push_back(collider);
-        for (std::size_t i = 0; i < kSpherePoints; ++i) {
-            const Vec3 p = ball.centre + ball.radius * sphere_point(i, kSpherePoints);
-            if (outside_balls(p, chosen) < -1e-9) continue;
-            outside.push_back(std::max(0.0, tree.signed_distance(p)));
+        const Vec3 axis = capsule.b - capsule.a;
+        for (std::size_t i = 0; i < kSurfacePoints; ++i) {
+            // A point of the sphere goes to the end of the core on its side, or along the core.
+            const Vec3 direction = sphere_point(i, kSurfacePoints);
+            const double t = static_cast<double>(i % kCorePoints) / (kCorePoints - 1.0);
+            const Vec3 core = capsule.a + t * axis;
+            const Vec3 p = core + capsule.radius * direction;
+            if (outside_capsules(p, chosen) < -kOnSurface) continue;
+            // Inside the body, or in a hole that counts as filled.
+            const NearestTriangle near = tree.nearest(p);
+            const bool within = !in_skin[near.triangle] || tree.inside(p);
+            outside.push_back(within ? 0 : near.at.distance);
         }
-    }
-    for (const Sample& sample : wanted) {
-        sticking.push_back(std::max(0.0, outside_balls(sample.position, chosen)));
     }
     out.measured.count = chosen.size();
     out.measured.outside = spread_of(std::move(outside));
-    out.measured.gap = spread_of(std::move(sticking));
-    if (out.measured.gap.max > kNoticedGap) {
+    out.measured.gap = weighted_gap(wanted, chosen);
+    if (out.measured.gap.p95 > kNoticedGap) {
         char text[160];
         std::snprintf(text, sizeof text,
-                      "the mesh sticks out of the colliders by up to %.1f mm (95 %% of it by less "
-                      "than %.2f mm)",
-                      1000 * out.measured.gap.max, 1000 * out.measured.gap.p95);
+                      "the mesh sticks out of the colliders by more than %.1f mm on 5 %% of the "
+                      "surface that hair reaches, by %.1f mm at most",
+                      1000 * out.measured.gap.p95, 1000 * out.measured.gap.max);
         findings.push_back({Rule::collider_gap, mesh.file, text, {}});
     }
     return out;

@@ -14,28 +14,63 @@ namespace keratin {
 namespace {
 
 using Box = Eigen::AlignedBox3d;
-using Tree = Eigen::KdBVH<double, 3, std::uint32_t>;
+
+// A triangle with its corners at hand: a search visits few triangles, far apart in memory.
+struct Corners {
+    Vec3 a, b, c;
+    std::uint32_t triangle;
+
+    Vec3 centroid() const { return (a + b + c) / 3; }
+};
+
+using Tree = Eigen::KdBVH<double, 3, Corners>;
 
 // Share of the mesh's diagonal below which two distances are equal: some 4000 roundings of double.
 constexpr double kTieScale = 1e-12;
 // Triangles of a leaf of the winding tree, summed one by one.
 constexpr std::size_t kLeafTriangles = 8;
-// A cluster counts as a dipole from this many of its radii away (Barill et al. 2018 use 2).
-constexpr double kFarRadii = 2.5;
+// A cluster counts as a dipole from this many of its radii away (Barill et al. 2018).
+constexpr double kFarRadii = 2;
 
-// Solid angle of a triangle seen from the origin (Van Oosterom and Strackee 1983).
-double solid_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    const double numerator = a.dot(b.cross(c));
-    const double denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    return 2 * std::atan2(numerator, denominator);
-}
+// Sum of the solid angles of triangles seen from a point (Van Oosterom and Strackee 1983): each is
+// twice the angle of a complex number, and angles below a right angle are added by multiplication,
+// which saves most of the arc tangents.
+class SolidAngles {
+  public:
+    void add(const Vec3& a, const Vec3& b, const Vec3& c) {
+        const double la = a.norm(), lb = b.norm(), lc = c.norm();
+        const double y = a.dot(b.cross(c));
+        const double x = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+        if (!(x > 0 && x_ > 0)) flush();
+        const double product = x_ * x - y_ * y;
+        y_ = x_ * y + y_ * x;
+        x_ = product;
+        // Products of lengths cubed would run out of range.
+        const double size = std::abs(x_) + std::abs(y_);
+        if (size > 0) {
+            x_ /= size;
+            y_ /= size;
+        }
+    }
+    double sum() {
+        flush();
+        return 2 * sum_;
+    }
+
+  private:
+    void flush() {
+        sum_ += std::atan2(y_, x_);
+        x_ = 1;
+        y_ = 0;
+    }
+    double x_ = 1, y_ = 0, sum_ = 0;
+};
 
 // A cluster of triangles: their area vectors summed, placed at their centre.
 struct Cluster {
     Vec3 centre = Vec3::Zero();
     Vec3 area = Vec3::Zero();  // sum of the area vectors
-    double radius = 0;
+    double squared_far = 0;    // beyond this squared distance the cluster counts as a dipole
     std::uint32_t first = 0, count = 0;  // in the sorted triangles
     std::int32_t child = -1;             // first of two neighbouring children, -1: leaf
 };
@@ -45,50 +80,48 @@ struct Cluster {
 struct MeshTree::State {
     const RawMesh* mesh = nullptr;
     Tree tree;
+    Box box;
     double tie = 0;
-    std::vector<std::uint32_t> sorted;
+    std::vector<Corners> sorted;  // as the clusters hold them
     std::vector<Cluster> clusters;
 
-    const Vec3& corner(std::uint32_t triangle, int k) const {
-        return mesh->position[mesh->triangle[triangle][static_cast<std::size_t>(k)]];
-    }
-    Vec3 centroid(std::uint32_t triangle) const {
-        return (corner(triangle, 0) + corner(triangle, 1) + corner(triangle, 2)) / 3;
-    }
     void build_cluster(std::size_t node, std::uint32_t first, std::uint32_t count);
-    double winding(std::size_t node, const Vec3& p) const;
+    double solid_angle(std::size_t node, const Vec3& p) const;
 };
 
 void MeshTree::State::build_cluster(std::size_t node, std::uint32_t first, std::uint32_t count) {
     Cluster c;
     c.first = first;
     c.count = count;
-    Box box;
+    Box centroids;
     double weight = 0;
     for (std::uint32_t i = first; i < first + count; ++i) {
-        const std::uint32_t t = sorted[i];
-        const Vec3 area = 0.5 * (corner(t, 1) - corner(t, 0)).cross(corner(t, 2) - corner(t, 0));
+        const Corners& t = sorted[i];
+        const Vec3 area = 0.5 * (t.b - t.a).cross(t.c - t.a);
         const double size = area.norm();
         c.area += area;
-        c.centre += size * centroid(t);
+        c.centre += size * t.centroid();
         weight += size;
-        box.extend(centroid(t));
+        centroids.extend(t.centroid());
     }
-    c.centre = weight > 0 ? Vec3(c.centre / weight) : box.center();
+    c.centre = weight > 0 ? Vec3(c.centre / weight) : centroids.center();
+    double squared = 0;
     for (std::uint32_t i = first; i < first + count; ++i) {
-        for (int k = 0; k < 3; ++k) {
-            c.radius = std::max(c.radius, (corner(sorted[i], k) - c.centre).norm());
+        for (const Vec3& p : {sorted[i].a, sorted[i].b, sorted[i].c}) {
+            squared = std::max(squared, (p - c.centre).squaredNorm());
         }
     }
+    c.squared_far = kFarRadii * kFarRadii * squared;
     if (count > kLeafTriangles) {
         int axis = 0;
-        box.sizes().maxCoeff(&axis);
+        centroids.sizes().maxCoeff(&axis);
         const auto begin = sorted.begin() + first;
         const std::uint32_t half = count / 2;
-        std::nth_element(begin, begin + half, begin + count, [&](std::uint32_t a, std::uint32_t b) {
-            const double ca = centroid(a)[axis], cb = centroid(b)[axis];
-            return ca < cb || (ca == cb && a < b);
-        });
+        std::nth_element(begin, begin + half, begin + count,
+                         [&](const Corners& a, const Corners& b) {
+                             const double ca = a.centroid()[axis], cb = b.centroid()[axis];
+                             return ca < cb || (ca == cb && a.triangle < b.triangle);
+                         });
         c.child = static_cast<std::int32_t>(clusters.size());
         clusters.resize(clusters.size() + 2);
         build_cluster(static_cast<std::size_t>(c.child), first, half);
@@ -97,23 +130,20 @@ void MeshTree::State::build_cluster(std::size_t node, std::uint32_t first, std::
     clusters[node] = c;
 }
 
-double MeshTree::State::winding(std::size_t node, const Vec3& p) const {
+double MeshTree::State::solid_angle(std::size_t node, const Vec3& p) const {
     const Cluster& c = clusters[node];
     const Vec3 d = c.centre - p;
-    const double distance = d.norm();
-    if (distance > kFarRadii * c.radius) {
-        return d.dot(c.area) / (4 * std::numbers::pi * distance * distance * distance);
-    }
+    const double squared = d.squaredNorm();
+    if (squared > c.squared_far) return d.dot(c.area) / (squared * std::sqrt(squared));
     if (c.child >= 0) {
         const auto child = static_cast<std::size_t>(c.child);
-        return winding(child, p) + winding(child + 1, p);
+        return solid_angle(child, p) + solid_angle(child + 1, p);
     }
-    double sum = 0;
+    SolidAngles angles;
     for (std::uint32_t i = c.first; i < c.first + c.count; ++i) {
-        const std::uint32_t t = sorted[i];
-        sum += solid_angle(corner(t, 0) - p, corner(t, 1) - p, corner(t, 2) - p);
+        angles.add(sorted[i].a - p, sorted[i].b - p, sorted[i].c - p);
     }
-    return sum / (4 * std::numbers::pi);
+    return angles.sum();
 }
 
 MeshTree::MeshTree(const RawMesh& mesh, std::span<const std::uint32_t> triangles)
@@ -121,16 +151,20 @@ MeshTree::MeshTree(const RawMesh& mesh, std::span<const std::uint32_t> triangles
     state_->mesh = &mesh;
     std::vector<Box> boxes;
     boxes.reserve(triangles.size());
-    Box all;
+    state_->sorted.reserve(triangles.size());
     for (std::uint32_t t : triangles) {
-        Box box;
-        for (int k = 0; k < 3; ++k) box.extend(state_->corner(t, k));
-        all.extend(box);
+        const auto& corner = mesh.triangle[t];
+        const Corners& c = state_->sorted.emplace_back(Corners{
+            mesh.position[corner[0]], mesh.position[corner[1]], mesh.position[corner[2]], t});
+        Box box(c.a);
+        box.extend(c.b);
+        box.extend(c.c);
+        state_->box.extend(box);
         boxes.push_back(box);
     }
-    state_->tree.init(triangles.begin(), triangles.end(), boxes.begin(), boxes.end());
-    state_->tie = kTieScale * std::max(all.diagonal().norm(), all.min().cwiseAbs().maxCoeff());
-    state_->sorted.assign(triangles.begin(), triangles.end());
+    state_->tree.init(state_->sorted.begin(), state_->sorted.end(), boxes.begin(), boxes.end());
+    state_->tie = kTieScale *
+                  std::max(state_->box.diagonal().norm(), state_->box.min().cwiseAbs().maxCoeff());
     state_->clusters.resize(1);
     state_->build_cluster(0, 0, static_cast<std::uint32_t>(triangles.size()));
 }
@@ -145,10 +179,8 @@ NearestTriangle MeshTree::nearest(const Vec3& point) const {
     double least = std::numeric_limits<double>::infinity();
     // Every triangle within the tolerance of the least distance seen so far; few at any time.
     std::vector<NearestTriangle> near;
-    const auto visit = [&](std::uint32_t t) {
-        const NearestTriangle found{
-            t, nearest_on_triangle(point, state_->corner(t, 0), state_->corner(t, 1),
-                                   state_->corner(t, 2))};
+    const auto visit = [&](const Corners& t) {
+        const NearestTriangle found{t.triangle, nearest_on_triangle(point, t.a, t.b, t.c)};
         if (found.at.distance > least + tie) return;
         if (found.at.distance < least) {
             least = found.at.distance;
@@ -186,7 +218,12 @@ NearestTriangle MeshTree::nearest(const Vec3& point) const {
                              [](const auto& a, const auto& b) { return a.triangle < b.triangle; });
 }
 
-bool MeshTree::inside(const Vec3& point) const { return state_->winding(0, point) > 0.5; }
+bool MeshTree::inside(const Vec3& point) const {
+    // From outside the box all triangles lie in a half space and cannot cover more than half a
+    // sphere, whether or not they close.
+    if (!state_->box.contains(point)) return false;
+    return state_->solid_angle(0, point) > 2 * std::numbers::pi;
+}
 
 double MeshTree::signed_distance(const Vec3& point) const {
     const double distance = nearest(point).at.distance;

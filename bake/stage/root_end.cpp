@@ -7,6 +7,8 @@ namespace {
 
 // An end is clearly nearer when the difference of the two distances is this share of the strand.
 constexpr double kClearShare = 0.1;
+// Strands of a file that are asked first.
+constexpr std::size_t kVoters = 2000;
 // Share of the clear votes that decides for a whole file.
 constexpr double kMajority = 0.8;
 
@@ -27,12 +29,22 @@ std::vector<RootEnds> orient_strands(const Recipe& recipe, std::span<const MeshT
             tree->nearest(points.front()).at.distance - tree->nearest(points.back()).at.distance;
         clear[s] = std::abs(excess[s]) > kClearShare * polyline_length(points);
     };
-#pragma omp parallel for schedule(dynamic, 256)
-    for (std::size_t s = 0; s < n; ++s) judge(s);
-
     const std::size_t files = recipe.curves.size();
-    std::vector<std::uint64_t> votes_first(files), votes_last(files);
+    std::vector<std::vector<std::uint32_t>> members(files);
     for (std::size_t s = 0; s < n; ++s) {
+        members[groom.source[s]].push_back(static_cast<std::uint32_t>(s));
+    }
+    // A sample of each file decides; only where it disagrees with itself is every strand asked.
+    std::vector<std::uint32_t> voters;
+    for (const auto& file : members) {
+        const std::size_t step = std::max<std::size_t>(1, file.size() / kVoters);
+        for (std::size_t i = 0; i < file.size(); i += step) voters.push_back(file[i]);
+    }
+#pragma omp parallel for schedule(dynamic, 64)
+    for (std::size_t i = 0; i < voters.size(); ++i) judge(voters[i]);
+
+    std::vector<std::uint64_t> votes_first(files), votes_last(files);
+    for (std::uint32_t s : voters) {
         if (clear[s]) ++(excess[s] > 0 ? votes_last : votes_first)[groom.source[s]];
     }
 
@@ -57,6 +69,15 @@ std::vector<RootEnds> orient_strands(const Recipe& recipe, std::span<const MeshT
                                                    : "mixed";
         }
     }
+
+    std::vector<std::uint32_t> undecided;
+    for (std::size_t f = 0; f < files; ++f) {
+        if (ends[f].end == "mixed") {
+            undecided.insert(undecided.end(), members[f].begin(), members[f].end());
+        }
+    }
+#pragma omp parallel for schedule(dynamic, 64)
+    for (std::size_t i = 0; i < undecided.size(); ++i) judge(undecided[i]);
 
     std::vector<std::vector<std::uint32_t>> turned(files);
     for (std::size_t s = 0; s < n; ++s) {

@@ -6,10 +6,8 @@
 namespace keratin {
 namespace {
 
-constexpr std::uint32_t kParts = 64;
-constexpr std::uint32_t kPartBits = 6;
-// Below this a list is reordered as a whole.
-constexpr std::uint32_t kShortList = 4 * kParts;
+// Ascending runs while the prefix doubles.
+constexpr std::uint32_t kRuns = 16;
 
 std::uint64_t spread_bits(std::uint64_t x) {
     x &= 0x1fffff;
@@ -24,29 +22,6 @@ std::uint32_t reverse_bits(std::uint32_t x, std::uint32_t bits) {
     std::uint32_t out = 0;
     for (std::uint32_t b = 0; b < bits; ++b) out |= ((x >> b) & 1u) << (bits - 1 - b);
     return out;
-}
-
-// Appends first, first + step, ... (count of them) in the order of the header.
-void append(std::uint32_t first, std::uint32_t step, std::uint32_t count,
-            std::vector<std::uint32_t>& out) {
-    if (count <= kShortList) {
-        const auto bits = static_cast<std::uint32_t>(std::bit_width(count > 1 ? count - 1 : 0u));
-        for (std::uint32_t i = 0; i < (1u << bits); ++i) {
-            const std::uint32_t k = reverse_bits(i, bits);
-            if (k < count) out.push_back(first + k * step);
-        }
-        return;
-    }
-    for (std::uint32_t i = 0; i < kParts; ++i) {
-        const std::uint32_t part = reverse_bits(i, kPartBits);
-        const std::uint32_t size = (count - part + kParts - 1) / kParts;
-        if (i == 0) {
-            append(first, step * kParts, size, out);
-        } else {
-            for (std::uint32_t k = 0; k < size; ++k)
-                out.push_back(first + (part + k * kParts) * step);
-        }
-    }
 }
 
 }  // namespace
@@ -73,7 +48,23 @@ std::vector<std::uint64_t> morton_keys(std::span<const Vec3> points) {
 std::vector<std::uint32_t> prefix_uniform_order(std::uint32_t count) {
     std::vector<std::uint32_t> out;
     out.reserve(count);
-    append(0, 1, count, out);
+    if (count == 0) return out;
+    const auto bits = static_cast<std::uint32_t>(std::bit_width(count - 1));
+    out.push_back(0);
+    for (std::uint32_t level = 0; level < bits; ++level) {
+        // Bit-reversed numbers [2^level, 2^(level+1)) halve the gaps between those before; any
+        // block of them whose size is a power of two is evenly spaced itself.
+        const std::uint64_t begin = std::uint64_t{1} << level;
+        const std::uint64_t run = std::max<std::uint64_t>(1, begin / kRuns);
+        for (std::uint64_t first = begin; first < 2 * begin; first += run) {
+            const std::size_t sorted_from = out.size();
+            for (std::uint64_t i = first; i < first + run; ++i) {
+                const std::uint32_t k = reverse_bits(static_cast<std::uint32_t>(i), bits);
+                if (k < count) out.push_back(k);
+            }
+            std::sort(out.begin() + static_cast<std::ptrdiff_t>(sorted_from), out.end());
+        }
+    }
     return out;
 }
 

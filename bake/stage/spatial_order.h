@@ -14,9 +14,8 @@ namespace keratin {
 std::vector<std::uint64_t> morton_keys(std::span<const Vec3> points);
 
 // The numbers 0..count-1 so that every prefix is spread evenly over 0..count-1 while long runs
-// ascend: the first 64th (every 64th number) is itself in this order, the other 63 parts follow,
-// each every 64th number ascending, the parts in bit-reversed order. Runs short enough are in
-// bit-reversed order as a whole.
+// ascend: bit-reversed order, in which every doubling of the prefix adds 16 runs, each evenly
+// spaced and sorted. A prefix is thus a fair sample to within a sixteenth of itself.
 std::vector<std::uint32_t> prefix_uniform_order(std::uint32_t count);
 
 }  // namespace keratin

@@ -1,0 +1,193 @@
+// keratin-bake as a user runs it.
+#include "schema/asset_view.h"
+#include "schema/files/write_file.h"
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sys/wait.h>
+
+using namespace keratin;
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::string kData = KERATIN_DATA_DIR;
+
+struct Ran {
+    int code;
+    std::string out, err;
+};
+
+class Folder {
+  public:
+    Folder() {
+        std::string name = (fs::temp_directory_path() / "keratin_bake.XXXXXX").string();
+        path_ = mkdtemp(name.data());
+    }
+    ~Folder() { fs::remove_all(path_); }
+    std::string operator/(const std::string& name) const { return path_ + "/" + name; }
+
+    Ran bake(const std::string& arguments) const {
+        const std::string command = std::string(KERATIN_BAKE) + " " + arguments + " >" + path_ +
+                                    "/.out 2>" + path_ + "/.err";
+        const int status = std::system(command.c_str());
+        return {WEXITSTATUS(status), text("/.out"), text("/.err")};
+    }
+    void write(const std::string& name, const std::string& content) const {
+        std::ofstream(path_ + "/" + name, std::ios::binary) << content;
+    }
+    std::string text(const std::string& name) const {
+        std::ifstream in(path_ + "/" + name, std::ios::binary);
+        return {std::istreambuf_iterator<char>(in), {}};
+    }
+
+  private:
+    std::string path_;
+};
+
+AssetView opened(const std::string& path) {
+    auto view = AssetView::open(path);
+    if (!view) FAIL(to_string(view.error()));
+    return *std::move(view);
+}
+
+}  // namespace
+
+TEST_CASE("the same bytes come out for 1, 2 and 7 threads, and nothing names this machine") {
+    const Folder folder;
+    for (const char* recipe : {"ponytail/head", "ratboy/mohawk"}) {
+        std::string first;
+        for (const char* threads : {"1", "2", "7"}) {
+            const Ran ran = folder.bake(kData + "/" + recipe + ".json -o " + (folder / "a.kera") +
+                                        " --quiet --threads " + threads);
+            INFO(ran.err);
+            REQUIRE(ran.code == 0);
+            CHECK(ran.out.empty());
+            const std::string bytes = folder.text("a.kera");
+            if (first.empty()) first = bytes;
+            CHECK(bytes == first);
+            fs::remove(folder / "a.kera");
+        }
+        CHECK(first.size() > 1000000);
+        CHECK(first.find(kData) == std::string::npos);
+        CHECK(first.find(fs::current_path().string()) == std::string::npos);
+    }
+}
+
+TEST_CASE("the ponytail head is baked whole") {
+    const Folder folder;
+    const Ran ran =
+        folder.bake(kData + "/ponytail/head.json -o " + (folder / "head.kera") +
+                    " --json --depfile " + (folder / "head.d") + " --sarif " +
+                    (folder / "head.sarif") + " --export-guides " + (folder / "guides.obj"));
+    REQUIRE(ran.code == 0);
+    const AssetView asset = opened(folder / "head.kera");
+    CHECK(asset.info().strand_count == 876 + 3066 + 517 + 255);
+    CHECK(asset.info().guide_count == 88 + 307 + 52 + 26);
+    CHECK(asset.info().groups.size() == 4);
+    CHECK(asset.info().mesh_triangle_count == 17894);
+    CHECK(asset.info().colliders.size() > 20);
+    CHECK(asset.fields().strand_uv.size() == 2 * asset.info().strand_count);
+
+    const auto report = nlohmann::json::parse(ran.out);
+    CHECK(report["strands"] == asset.info().strand_count);
+    CHECK(report["sources"][0]["root_end"] == "first");
+    // Height of the head, 0.247 m, as FORMATS' scale gives it.
+    CHECK(report["body_size"][1].get<double>() == Approx(0.247).margin(0.001));
+    CHECK(report["inside"]["strands"].get<int>() > 500);
+    CHECK(report["colliders"]["mesh_outside"]["p95"].get<double>() < 0.001);
+
+    const std::string depfile = folder.text("head.d");
+    for (const char* input : {"head.json", "front_top.tfx", "tail.tfx", "ponytail.obj"}) {
+        CHECK(depfile.find(input) != std::string::npos);
+    }
+    CHECK(nlohmann::json::parse(folder.text("head.sarif"))["version"] == "2.1.0");
+    const std::string guides = folder.text("guides.obj");
+    std::size_t lines = 0;
+    for (std::size_t i = 0; i + 1 < guides.size(); ++i)
+        lines += guides[i] == '\n' && guides[i + 1] == 'l';
+    CHECK(lines == asset.info().guide_count);
+}
+
+TEST_CASE("the mohawk is bound to its bones and loses its collapsed strands") {
+    const Folder folder;
+    const std::string bake = kData + "/ratboy/mohawk.json -o " + (folder / "m.kera");
+    const Ran ran = folder.bake(bake);
+    REQUIRE(ran.code == 0);
+    CHECK(ran.out.find("KB001 degenerate-strand") != std::string::npos);
+    const AssetView asset = opened(folder / "m.kera");
+    CHECK(asset.info().bones.size() == 105);
+    CHECK(asset.info().strand_count < 2228);
+    CHECK(asset.info().strand_count > 2200);
+    CHECK(asset.fields().strand_bone.size() == 4 * asset.info().strand_count);
+    const Ran strict = folder.bake(bake + " --strict");
+    CHECK(strict.code == 2);
+    CHECK(strict.err.find("Ratboy_mohawk.tfx: strands") != std::string::npos);
+}
+
+TEST_CASE("--check accepts what was baked and says no to a damaged file") {
+    const Folder folder;
+    REQUIRE(folder.bake(kData + "/testhair/fur.json -o " + (folder / "f.kera")).code == 0);
+    CHECK(folder.bake("--check " + (folder / "f.kera")).code == 0);
+    std::string bytes = folder.text("f.kera");
+    bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
+    folder.write("g.kera", bytes);
+    const Ran damaged = folder.bake("--check " + (folder / "g.kera") + " --json");
+    CHECK(damaged.code == 1);
+    CHECK(nlohmann::json::parse(damaged.out)["ok"] == false);
+    CHECK(folder.bake("--check " + (folder / "none.kera")).code == 2);
+}
+
+TEST_CASE("bad input gets exit code 2, one message naming file and place, and leaves no file") {
+    const Folder folder;
+    const std::string tail = kData + "/tressfx/tail.tfx";
+    const auto refuses = [&](const std::string& recipe, const std::string& says) {
+        folder.write("bad.json", recipe);
+        const Ran ran = folder.bake((folder / "bad.json") + " -o " + (folder / "bad.kera"));
+        INFO(ran.err);
+        CHECK(ran.code == 2);
+        CHECK(ran.out.empty());
+        CHECK(std::count(ran.err.begin(), ran.err.end(), '\n') == 1);
+        CHECK(ran.err.find(says) != std::string::npos);
+        CHECK_FALSE(fs::exists(folder / "bad.kera"));
+    };
+    const auto with = [&](const std::string& rest) {
+        return "{ \"curves\": [ { \"file\": \"" + tail + "\" } ]" + rest + " }";
+    };
+    refuses("{ \"curves\": [ { \"file\": \"none.tfx\" } ] }", "none.tfx");
+    refuses(with(", \"guide\": 1"), "guide");
+    refuses(with(", \"scale\": \"big\""), "bad.json");
+    refuses(with(", \"mesh\": { \"file\": \"none.obj\" }"), "none.obj");
+    refuses(with(", \"scale\": 1e9"), "strand 0");
+
+    std::string bytes;
+    {
+        std::ifstream in(tail, std::ios::binary);
+        bytes.assign(std::istreambuf_iterator<char>(in), {});
+    }
+    folder.write("cut.tfx", bytes.substr(0, bytes.size() / 2));
+    refuses("{ \"curves\": [ { \"file\": \"cut.tfx\" } ] }", "cut.tfx");
+    folder.write("empty.obj", "v 0 0 0\nv 1 0 0\n");
+    refuses(with(", \"mesh\": { \"file\": \"empty.obj\" }"), "empty.obj");
+    folder.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
+    refuses(with(", \"mesh\": { \"file\": \"flat.obj\" }"), "flat.obj");
+
+    CHECK(folder.bake("").code == 2);
+    CHECK(folder.bake("x.json").code == 2);
+    CHECK(folder.bake("--nonsense").code == 2);
+    CHECK(folder.bake("--help").code == 0);
+    CHECK(folder.bake("--version").out.find("revision") != std::string::npos);
+}
+
+TEST_CASE("a failed bake leaves the old asset alone") {
+    const Folder folder;
+    folder.write("a.kera", "old");
+    folder.write("bad.json", "{ \"curves\": [ { \"file\": \"none.tfx\" } ] }");
+    CHECK(folder.bake((folder / "bad.json") + " -o " + (folder / "a.kera")).code == 2);
+    CHECK(folder.text("a.kera") == "old");
+}

@@ -1,0 +1,315 @@
+#include "bake/stage/guides.h"
+
+#include "bake/stage/order.h"
+#include "bake/stage/random.h"
+#include "bake/stage/rest_frame.h"
+#include "bake/stage/spatial_order.h"
+#include "bake/stage/weights.h"
+#include "tests/bake/stage/shapes.h"
+
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+
+#include <numeric>
+#include <set>
+
+using namespace keratin;
+using test::groom_of;
+using test::hairy_sphere;
+using test::recipe_of;
+
+namespace {
+
+std::vector<std::uint32_t> guides_of(const Groom& groom, const Recipe& recipe) {
+    Findings findings;
+    const auto features = strand_features(groom);
+    auto guides = choose_guides(groom, features, recipe, findings);
+    if (!guides) FAIL(to_string(guides.error()));
+    return *guides;
+}
+
+double mean_distance_to_guide(const Groom& groom, const std::vector<std::uint32_t>& guides) {
+    const auto features = strand_features(groom);
+    double sum = 0;
+    for (const StrandFeature& f : features) {
+        double least = 1e300;
+        for (std::uint32_t g : guides) least = std::min(least, squared_distance(f, features[g]));
+        sum += std::sqrt(least);
+    }
+    return sum / double(features.size());
+}
+
+}  // namespace
+
+TEST_CASE("the generator gives the numbers of its paper") {
+    // First outputs of SplitMix64 for seed 1234567.
+    Random random(1234567);
+    CHECK(random.next() == 6457827717110365317u);
+    CHECK(random.next() == 3203168211198807973u);
+    CHECK(random.next() == 9817491932198370423u);
+}
+
+TEST_CASE("guides are the wanted share of each group, without repetition") {
+    Groom groom = hairy_sphere({0, 0, 0}, 0.1, 1000, 8, 0.05);
+    groom.group_names = {"a", "b"};
+    for (std::size_t s = 900; s < 1000; ++s) groom.group[s] = 1;
+    for (GuideMethod method : {GuideMethod::random, GuideMethod::kmeans}) {
+        Recipe recipe = recipe_of();
+        recipe.guide_method = method;
+        const auto guides = guides_of(groom, recipe);
+        CHECK(guides.size() == 100);
+        CHECK(std::set<std::uint32_t>(guides.begin(), guides.end()).size() == 100);
+        CHECK(std::count_if(guides.begin(), guides.end(), [](auto g) { return g >= 900; }) == 10);
+    }
+    CHECK(guide_count(3, 0.1) == 1);
+    CHECK(guide_count(15, 0.1) == 2);
+    CHECK(guide_count(5, 1) == 5);
+}
+
+TEST_CASE("the seed decides random guides; k-means places guides better") {
+    const Groom groom = hairy_sphere({0, 0, 0}, 0.1, 2000, 8, 0.05);
+    Recipe recipe = recipe_of();
+    recipe.guide_method = GuideMethod::random;
+    const auto first = guides_of(groom, recipe);
+    CHECK(first == guides_of(groom, recipe));
+    recipe.guide_seed = 2;
+    CHECK(first != guides_of(groom, recipe));
+    recipe.guide_method = GuideMethod::kmeans;
+    CHECK(mean_distance_to_guide(groom, guides_of(groom, recipe)) <
+          0.85 * mean_distance_to_guide(groom, first));
+}
+
+TEST_CASE("k-means still gives the wanted number when strands coincide") {
+    std::vector<std::vector<Vec3>> strands(50, {{0, 0, 0}, {0, 0.1, 0}});
+    strands.resize(100, {{1, 0, 0}, {1, 0.1, 0}});
+    const auto guides = guides_of(groom_of(strands), recipe_of());
+    CHECK(guides.size() == 10);
+}
+
+TEST_CASE("authored guides win when the recipe names no method, and are demanded when it does") {
+    Groom groom = hairy_sphere({0, 0, 0}, 0.1, 100, 8, 0.05);
+    groom.is_guide.assign(100, 0);
+    groom.is_guide[3] = groom.is_guide[77] = 1;
+    Recipe recipe = recipe_of();
+    recipe.defaulted = {"guides.method"};
+    CHECK(guides_of(groom, recipe) == std::vector<std::uint32_t>{3, 77});
+    recipe.defaulted = {};
+    CHECK(guides_of(groom, recipe).size() == 10);
+    recipe.guide_method = GuideMethod::authored;
+    CHECK(guides_of(groom, recipe) == std::vector<std::uint32_t>{3, 77});
+    groom.is_guide.assign(100, 0);
+    Findings findings;
+    CHECK_FALSE(choose_guides(groom, strand_features(groom), recipe, findings));
+}
+
+TEST_CASE(
+    "weights are >= 0 and sum to one, three guides of the own group, a guide follows itself") {
+    Groom groom = hairy_sphere({0, 0, 0}, 0.1, 600, 8, 0.05);
+    groom.group_names = {"a", "b"};
+    for (std::size_t s = 0; s < 600; s += 3) groom.group[s] = 1;
+    const auto guides = guides_of(groom, recipe_of());
+    const std::set<std::uint32_t> set(guides.begin(), guides.end());
+    Findings findings;
+    const auto blends =
+        blend_guides(groom, strand_features(groom), guides, {}, recipe_of(), findings);
+    std::size_t three = 0;
+    for (std::uint32_t s = 0; s < 600; ++s) {
+        const GuideBlend& b = blends[s];
+        CHECK(b.weight[0] + b.weight[1] + b.weight[2] == Approx(1).epsilon(1e-12));
+        for (std::size_t k = 0; k < 3; ++k) {
+            CHECK(b.weight[k] >= 0);
+            CHECK(set.count(b.guide[k]) == 1);
+            CHECK(groom.group[b.guide[k]] == groom.group[s]);
+        }
+        three += b.weight[2] > 0;
+        if (set.count(s)) CHECK((b.guide[0] == s && b.weight[0] == 1));
+    }
+    CHECK(three > 400);
+}
+
+TEST_CASE("weights change little between neighbouring strands") {
+    // Strands along a line, guides every tenth: where one guide takes another's place both weigh
+    // nothing.
+    std::vector<std::vector<Vec3>> strands;
+    for (int s = 0; s <= 2000; ++s) {
+        const double x = 1e-4 * s;
+        strands.push_back({{x, 0, 0}, {x, 0.05, 0}, {x, 0.1, 0}});
+    }
+    const Groom groom = groom_of(strands);
+    std::vector<std::uint32_t> guides;
+    for (std::uint32_t g = 0; g <= 2000; g += 100) guides.push_back(g);
+    Findings findings;
+    const auto blends =
+        blend_guides(groom, strand_features(groom), guides, {}, recipe_of(), findings);
+    double largest = 0;
+    for (std::size_t s = 400; s < 1600; ++s) {
+        std::map<std::uint32_t, double> change;
+        for (std::size_t k = 0; k < 3; ++k) {
+            change[blends[s].guide[k]] += blends[s].weight[k];
+            change[blends[s + 1].guide[k]] -= blends[s + 1].weight[k];
+        }
+        for (const auto& [guide, d] : change) largest = std::max(largest, std::abs(d));
+    }
+    CHECK(largest < 0.05);
+}
+
+TEST_CASE("no strand follows a guide from the other side of a parting") {
+    // Roots side by side on a line; left of it hair falls left, right of it right.
+    std::vector<std::vector<Vec3>> strands;
+    for (int s = 0; s < 400; ++s) {
+        const double x = 1e-3 * (s - 199.5);
+        const double side = x < 0 ? -1 : 1;
+        strands.push_back({{x, 0, 0},
+                           {x + side * 0.03, 0.01, 0},
+                           {x + side * 0.06, -0.02, 0},
+                           {x + side * 0.07, -0.06, 0}});
+    }
+    const Groom groom = groom_of(strands);
+    const auto guides = guides_of(groom, recipe_of());
+    Findings findings;
+    const auto blends =
+        blend_guides(groom, strand_features(groom), guides, {}, recipe_of(), findings);
+    std::size_t across = 0;
+    for (std::uint32_t s = 0; s < 400; ++s) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            across += blends[s].weight[k] > 0 && (blends[s].guide[k] < 200) != (s < 200);
+        }
+    }
+    CHECK(across == 0);
+}
+
+TEST_CASE("no strand follows a guide on skin that faces the other way") {
+    // Two sides of an ear, 2 mm apart, with parallel hair.
+    std::vector<std::vector<Vec3>> strands;
+    Roots roots;
+    for (int s = 0; s < 200; ++s) {
+        const double side = s % 2 ? 1 : -1;
+        const double y = 1e-4 * s;
+        strands.push_back({{1e-3 * side, y, 0}, {1e-3 * side, y + 0.05, 0}});
+        roots.normal.push_back({side, 0, 0});
+    }
+    const Groom groom = groom_of(strands);
+    const auto guides = guides_of(groom, recipe_of());
+    Findings findings;
+    const auto blends =
+        blend_guides(groom, strand_features(groom), guides, roots, recipe_of(), findings);
+    std::size_t across = 0;
+    for (std::uint32_t s = 0; s < 200; ++s) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            across += blends[s].weight[k] > 0 && blends[s].guide[k] % 2 != s % 2;
+        }
+    }
+    CHECK(across == 0);
+}
+
+TEST_CASE("authored weights win where their guides are guides") {
+    Groom groom = hairy_sphere({0, 0, 0}, 0.1, 50, 4, 0.05);
+    for (std::uint32_t s = 0; s < 50; ++s) groom.id[s] = 100 + s;
+    groom.closest_guides.assign(50, {110, 120, 130});
+    groom.guide_weights.assign(50, {1, 2, 1});
+    groom.closest_guides[5] = {111, 120, 130};
+    const std::vector<std::uint32_t> guides{10, 20, 30};
+    Findings findings;
+    const auto blends =
+        blend_guides(groom, strand_features(groom), guides, {}, recipe_of(), findings);
+    CHECK(blends[0].guide == std::array<std::uint32_t, 3>{10, 20, 30});
+    CHECK(blends[0].weight == std::array<double, 3>{0.25, 0.5, 0.25});
+    CHECK(blends[10].weight[0] == 1);
+    REQUIRE(findings.size() == 1);
+    CHECK(findings[0].rule == Rule::authored_dropped);
+    CHECK(findings[0].strands == std::vector<StrandRange>{{5, 5}});
+}
+
+TEST_CASE("every prefix of the render strands is spread evenly over the groom") {
+    const Groom groom = hairy_sphere({0, 0, 0}, 0.1, 20000, 2, 0.05);
+    const std::vector<std::uint32_t> guides{0};
+    const AssetOrder order = order_asset(groom, guides);
+    CHECK(std::set<std::uint32_t>(order.strand.begin(), order.strand.end()).size() == 20000);
+    for (std::size_t count : {100, 500, 1000, 3333, 7777, 10000, 15000}) {
+        // Share of the prefix in each octant; the whole groom has an eighth in each.
+        std::array<double, 8> octant{};
+        for (std::size_t i = 0; i < count; ++i) {
+            const Vec3& root = groom.points(order.strand[i]).front();
+            octant[(root.x() > 0) + 2 * (root.y() > 0) + 4 * (root.z() > 0)] += 1;
+        }
+        INFO(count);
+        for (double n : octant) CHECK(n / double(count) == Approx(0.125).margin(0.03));
+    }
+}
+
+TEST_CASE("an order of numbers is a permutation whose prefixes are even") {
+    for (std::uint32_t count : {0u, 1u, 2u, 63u, 64u, 65u, 255u, 257u, 4097u, 100000u}) {
+        const auto order = prefix_uniform_order(count);
+        std::vector<std::uint32_t> sorted = order;
+        std::sort(sorted.begin(), sorted.end());
+        std::vector<std::uint32_t> all(count);
+        std::iota(all.begin(), all.end(), 0u);
+        CHECK(sorted == all);
+    }
+}
+
+TEST_CASE("guides fill quads of one group and equal rows, the longest first") {
+    std::vector<std::vector<Vec3>> strands;
+    for (int s = 0; s < 150; ++s) {
+        std::vector<Vec3> strand;
+        for (int p = 0; p < 4 + s % 5; ++p) strand.push_back({0.01 * s, 0.01 * p, 0});
+        strands.push_back(strand);
+    }
+    Groom groom = groom_of(strands);
+    groom.group_names = {"a", "b"};
+    for (std::size_t s = 100; s < 150; ++s) groom.group[s] = 1;
+    std::vector<std::uint32_t> guides(150);
+    std::iota(guides.begin(), guides.end(), 0u);
+    const AssetOrder order = order_asset(groom, guides);
+    const std::size_t tiles = order.tile_first_row.size() - 1;
+    CHECK(tiles == 12);
+    std::size_t seen = 0;
+    for (std::size_t t = 0; t < tiles; ++t) {
+        const std::size_t quad = t - t % kQuadTiles;
+        const std::uint32_t rows = order.tile_first_row[t + 1] - order.tile_first_row[t];
+        CHECK(rows == order.tile_first_row[quad + 1] - order.tile_first_row[quad]);
+        for (std::size_t l = 0; l < kTileLanes; ++l) {
+            const std::size_t lane = t * kTileLanes + l;
+            CHECK(order.lane_group[lane] == order.lane_group[quad * kTileLanes]);
+            const std::uint32_t s = order.lane_strand[lane];
+            if (s == kNoStrand) continue;
+            ++seen;
+            CHECK(groom.group[s] == order.lane_group[lane]);
+            CHECK(groom.point_count(s) <= rows);
+            CHECK(order.lane_of[s] == lane);
+        }
+        CHECK(groom.point_count(order.lane_strand[quad * kTileLanes]) == rows);
+    }
+    CHECK(seen == 150);
+}
+
+TEST_CASE("the rest shape gives back the strand from its root and first edge") {
+    std::vector<double> points;
+    for (int p = 0; p < 20; ++p) {
+        const double t = 0.5 * p;
+        points.insert(points.end(), {0.02 * std::cos(t), 0.01 * t, 0.02 * std::sin(t)});
+    }
+    std::vector<double> length(20), shape(60);
+    const std::array<double, 3> normal{0.3, 1, -0.2};
+    rest_frames(points, normal, length, shape);
+    const auto at = [](const std::vector<double>& v, std::size_t p) {
+        return Vec3(v[3 * p], v[3 * p + 1], v[3 * p + 2]);
+    };
+    // Carry the frame by rotation matrices instead of the formulas under test.
+    Eigen::Matrix3d frame;
+    Vec3 t = (at(points, 1) - at(points, 0)).normalized();
+    const Vec3 u = at(shape, 0);
+    CHECK(u.norm() == Approx(1));
+    CHECK(std::abs(u.dot(t)) < 1e-12);
+    frame << t, u, t.cross(u);
+    Vec3 x = at(points, 0);
+    for (std::size_t p = 1; p < 20; ++p) {
+        x += frame * at(shape, p);
+        CHECK((x - at(points, p)).norm() < 1e-12);
+        CHECK(length[p] == Approx(at(shape, p).norm()));
+        const Vec3 next = (at(points, p) - at(points, p - 1)).normalized();
+        frame = Eigen::Quaterniond::FromTwoVectors(t, next).toRotationMatrix() * frame;
+        t = next;
+    }
+    CHECK(length[0] == 0);
+}
