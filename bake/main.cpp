@@ -6,10 +6,12 @@
 #include "bake/stage/bones.h"
 #include "bake/stage/colliders.h"
 #include "bake/stage/degenerate.h"
+#include "bake/stage/density.h"
 #include "bake/stage/distance_grid.h"
 #include "bake/stage/evaluate.h"
 #include "bake/stage/guides.h"
 #include "bake/stage/inside.h"
+#include "bake/stage/motion.h"
 #include "bake/stage/order.h"
 #include "bake/stage/place.h"
 #include "bake/stage/resample.h"
@@ -20,6 +22,7 @@
 #include "bake/stage/weights.h"
 #include "bake/write.h"
 #include "runtime/export/strand_export.h"
+#include "runtime/simulation.h"
 #include "schema/asset_view.h"
 #include "schema/file_hash.h"
 #include "schema/files/write_file.h"
@@ -33,6 +36,8 @@
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
+#include <numbers>
+#include <numeric>
 #include <omp.h>
 #include <optional>
 #include <string>
@@ -84,7 +89,7 @@ class Stages {
 
   private:
     static constexpr double kQuietSeconds = 1;
-    static constexpr int kBarWidth = 20, kStageCount = 16;
+    static constexpr int kBarWidth = 20, kStageCount = 17;
 
     void end() {
         if (name_ == nullptr) return;
@@ -209,6 +214,18 @@ void describe_sources(const Recipe& recipe, const Inputs& inputs, const Groom& g
     }
 }
 
+// Grooms up to this size are shaken to measure their guides; larger ones only to choose guides by
+// motion.
+constexpr std::size_t kMostMeasured = 20000;
+
+bool solver_takes(const Groom& groom) {
+    for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+        const std::size_t count = groom.point_count(s);
+        if (count < kStrandMinPoints || count > kStrandMaxPoints) return false;
+    }
+    return true;
+}
+
 void warn_of_point_counts(const BakeReport& report, Findings& findings) {
     if (report.points_min >= kStrandMinPoints && report.points_max <= kStrandMaxPoints) return;
     findings.push_back({Rule::points_for_strand,
@@ -217,6 +234,72 @@ void warn_of_point_counts(const BakeReport& report, Findings& findings) {
                             std::to_string(report.points_max) +
                             " points; the strand solver takes 3 to 32, other solvers take these",
                         {}});
+}
+
+// Shakes the whole groom, every strand simulated, in the frame of the head: 1 s of the swing of a
+// shaken head as an acceleration (10 cm at 1 Hz sideways, and forth and back at 1.3 Hz).
+Result<GroomMotion> shake(const Groom& groom, std::span<const GroupInfo> groups, int threads) {
+    constexpr double kFrame = 1.0 / 60, kSwing = 3.9, kAcross = 1.0, kAlong = 1.3;
+    constexpr int kFrames = 60, kKeptEvery = 10;
+    std::vector<std::uint32_t> all(groom.strand_count());
+    std::iota(all.begin(), all.end(), 0u);
+    const AssetOrder order = order_asset(groom, all);
+    std::vector<GuideBlend> blends(all.size());
+    for (std::uint32_t s : all) blends[s].guide.fill(s);
+    AssetArrays arrays;
+    store_strands(groom, {}, {}, order, blends, groups, arrays);
+    AssetInfo info;
+    info.groups.assign(groups.begin(), groups.end());
+    BakeReport counts;
+    count_all(groom, all, order, info, counts);
+    set_bounds(arrays, info);
+    Settings settings;
+    settings.threads = threads;
+    settings.teleport_distance = 0;
+    settings.passes.interpolation = false;
+    auto simulation = Simulation::create(info, arrays.fields(), settings);
+    if (!simulation) return simulation.error();
+
+    GroomMotion out;
+    for (int frame = 1; frame <= kFrames; ++frame) {
+        const double t = 2 * std::numbers::pi * kFrame * frame;
+        const std::array<float, 3> gravity{static_cast<float>(kSwing * std::sin(kAcross * t)),
+                                           -9.81f,
+                                           static_cast<float>(kSwing * std::sin(kAlong * t))};
+        if (auto ok = simulation->set_gravity(gravity); !ok) return ok.error();
+        if (auto ok = simulation->step(kFrame); !ok) return ok.error();
+        if (frame % kKeptEvery != 0) continue;
+        const std::size_t first = out.displacement.size();
+        out.displacement.resize(first + 3 * groom.position.size());
+        const auto position = simulation->guides().position;
+        for (std::uint32_t s : all) {
+            const std::size_t tile = order.lane_of[s] / kTileLanes;
+            const std::size_t lane = order.lane_of[s] % kTileLanes;
+            for (std::size_t p = 0; p < groom.point_count(s); ++p) {
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const std::size_t at = vector_index(order.tile_first_row[tile] + p, 3, k, lane);
+                    out.displacement[first + 3 * (groom.first_point[s] + p) + k] =
+                        position[at] - arrays.guide_position[at];
+                }
+            }
+        }
+        ++out.frame_count;
+    }
+    return out;
+}
+
+const char* method_name(GuideMethod method) {
+    switch (method) {
+        case GuideMethod::random:
+            return "random";
+        case GuideMethod::kmeans:
+            return "kmeans";
+        case GuideMethod::authored:
+            return "authored";
+        case GuideMethod::motion:
+            break;
+    }
+    return "motion";
 }
 
 Result<Baked> bake(const Options& options) {
@@ -264,18 +347,35 @@ Result<Baked> bake(const Options& options) {
     const auto carriers =
         carry_roots(groom, inputs->skins, mesh, roots, *recipe, curve_counts, findings);
     if (!carriers) return carriers.error();
+    out.info.groups = group_settings(groom, *recipe, findings);
+    stages.begin("motion");
+    std::optional<GroomMotion> motion;
+    if (recipe->guide_method == GuideMethod::motion ||
+        (groom.strand_count() <= kMostMeasured && solver_takes(groom))) {
+        auto shaken = shake(groom, out.info.groups, options.threads);
+        if (!shaken) return shaken.error();
+        motion = *std::move(shaken);
+    }
     stages.begin("guides");
     const auto features = strand_features(groom);
-    const auto guides = choose_guides(groom, features, *recipe, findings);
+    const auto guides =
+        choose_guides(groom, features, motion ? &*motion : nullptr, *recipe, findings);
     if (!guides) return guides.error();
     stages.begin("weights");
     const auto blends = blend_guides(groom, features, *guides, roots, *recipe, findings);
+    if (motion) {
+        out.report.reconstruction = {method_name(recipe->guide_method),
+                                     reconstruction_error(groom, *motion, blends)};
+        motion.reset();
+    }
     stages.begin("order");
     const AssetOrder order = order_asset(groom, *guides);
     stages.begin("rest");
-    out.info.groups = group_settings(groom, *recipe, findings);
     store_strands(groom, roots, *carriers, order, blends, out.info.groups, out.arrays);
     store_mesh(mesh, roots, *recipe, out.info, out.arrays);
+    count_all(groom, *guides, order, out.info, out.report);
+    set_bounds(out.arrays, out.info);
+    store_density(out.info, out.arrays);
     stages.begin("colliders");
     if (recipe->colliders == ColliderMethod::fit) {
         ColliderFit fit = fit_colliders(*mesh, groom, *carriers, findings);
@@ -299,8 +399,6 @@ Result<Baked> bake(const Options& options) {
     out.info.inputs = inputs->records;
     out.info.attach = recipe->attach;
     out.info.bones = carriers->bones;
-    count_all(groom, *guides, order, out.info, out.report);
-    set_bounds(out.arrays, out.info);
     describe_sources(*recipe, *inputs, groom, ends, roots, out.report);
     warn_of_point_counts(out.report, findings);
     out.report.recipe = options.recipe;

@@ -3,11 +3,11 @@
 
 #include "bake/report.h"
 #include "bake/stage/groom.h"
+#include "bake/stage/motion.h"
 #include "bake/stage/strand_feature.h"
 #include "schema/read/recipe.h"
 #include "schema/result.h"
 
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -22,10 +22,13 @@ std::size_t guide_count(std::size_t strands, double fraction);
 //             to its centre (Lloyd's algorithm from strands spread evenly over the groom)
 //   authored  those the curve file marks. Files that mark guides are honoured too when the recipe
 //             names no method.
+//   motion    greedy: again and again the strand that lowers the error of its neighbours most, when
+//             each follows the guide that moves most like it (stage/motion); needs `motion`
 // Deterministic for equal input and seed, for any number of threads.
 // Errors (input): authored guides are wanted and a group has none.
 Result<std::vector<std::uint32_t>> choose_guides(const Groom& groom,
                                                  std::span<const StrandFeature> features,
-                                                 const Recipe& recipe, Findings& findings);
+                                                 const GroomMotion* motion, const Recipe& recipe,
+                                                 Findings& findings);
 
 }  // namespace keratin

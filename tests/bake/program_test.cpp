@@ -96,6 +96,21 @@ TEST_CASE("the ponytail head is baked whole") {
 
     const auto report = nlohmann::json::parse(ran.out);
     CHECK(report["strands"] == asset.info().strand_count);
+    std::ifstream schema_file(kData + "/../schema/bake-report.schema.json");
+    const auto schema = nlohmann::json::parse(schema_file);
+    for (const auto& key : schema["required"]) {
+        INFO(key);
+        CHECK(report.contains(key.get<std::string>()));
+    }
+    for (const auto& [key, value] : report.items()) {
+        INFO(key);
+        REQUIRE(schema["properties"].contains(key));
+        const auto& type = schema["properties"][key]["type"];
+        CHECK((type == "number"    ? value.is_number()
+               : type == "integer" ? value.is_number_integer()
+                                   : type == value.type_name()));
+    }
+    CHECK(report["reconstruction"]["error"]["p95"].get<double>() > 0);
     CHECK(report["sources"][0]["root_end"] == "first");
     // Height of the head, 0.247 m, as FORMATS' scale gives it.
     CHECK(report["body_size"][1].get<double>() == Approx(0.247).margin(0.001));
@@ -130,7 +145,7 @@ TEST_CASE("the mohawk is bound to its bones and loses its collapsed strands") {
     CHECK(strict.err.find("Ratboy_mohawk.tfx: strands") != std::string::npos);
 }
 
-TEST_CASE("--check accepts what was baked and says no to a damaged file") {
+TEST_CASE("checking accepts what was baked and says no to a damaged file") {
     const Folder folder;
     REQUIRE(folder.bake(kData + "/testhair/fur.json -o " + (folder / "f.kera")).code == 0);
     CHECK(folder.bake("--check " + (folder / "f.kera")).code == 0);

@@ -1,7 +1,10 @@
 #include "bake/stage/guides.h"
 
+#include "bake/stage/density.h"
+#include "bake/stage/motion.h"
 #include "bake/stage/order.h"
 #include "bake/stage/random.h"
+#include "bake/stage/rest.h"
 #include "bake/stage/rest_frame.h"
 #include "bake/stage/spatial_order.h"
 #include "bake/stage/weights.h"
@@ -23,7 +26,7 @@ namespace {
 std::vector<std::uint32_t> guides_of(const Groom& groom, const Recipe& recipe) {
     Findings findings;
     const auto features = strand_features(groom);
-    auto guides = choose_guides(groom, features, recipe, findings);
+    auto guides = choose_guides(groom, features, nullptr, recipe, findings);
     if (!guides) FAIL(to_string(guides.error()));
     return *guides;
 }
@@ -99,7 +102,7 @@ TEST_CASE("authored guides win when the recipe names no method, and are demanded
     CHECK(guides_of(groom, recipe) == std::vector<std::uint32_t>{3, 77});
     groom.is_guide.assign(100, 0);
     Findings findings;
-    CHECK_FALSE(choose_guides(groom, strand_features(groom), recipe, findings));
+    CHECK_FALSE(choose_guides(groom, strand_features(groom), nullptr, recipe, findings));
 }
 
 TEST_CASE(
@@ -312,4 +315,99 @@ TEST_CASE("the rest shape gives back the strand from its root and first edge") {
         t = next;
     }
     CHECK(length[0] == 0);
+}
+
+TEST_CASE("strands that move like two of their neighbours are told by motion alone") {
+    // Twenty bundles of ten strands at one place and of one shape; half of each bundle moves left,
+    // half right. Only motion can tell that every bundle needs two guides.
+    std::vector<std::vector<Vec3>> strands;
+    for (int s = 0; s < 200; ++s) {
+        const double x = 0.01 * (s / 10);
+        strands.push_back({{x, 0, 0}, {x, 0.05, 0}, {x, 0.1, 0}});
+    }
+    const Groom groom = groom_of(strands);
+    GroomMotion motion;
+    motion.frame_count = 1;
+    for (int s = 0; s < 200; ++s) {
+        const float side = (s % 2 ? 0.02f : -0.02f) * (1 + 0.1f * float(s / 10));
+        motion.displacement.insert(motion.displacement.end(),
+                                   {0, 0, 0, side / 2, 0, 0, side, 0, 0});
+    }
+    CHECK(motion_distance(groom, motion, 0, 2) == 0);
+    CHECK(motion_distance(groom, motion, 0, 1) ==
+          Approx(std::sqrt((0.02 * 0.02 + 0.04 * 0.04) / 3)));
+    CHECK(motion_size(groom, motion, 0) == Approx(std::sqrt((0.01 * 0.01 + 0.02 * 0.02) / 3)));
+    Recipe recipe = recipe_of();
+    recipe.guide_fraction = 0.2;
+    recipe.guide_method = GuideMethod::motion;
+    Findings findings;
+    const auto features = strand_features(groom);
+    const auto guides = choose_guides(groom, features, &motion, recipe, findings);
+    REQUIRE(guides);
+    CHECK(guides->size() == 40);
+    std::set<std::uint32_t> kinds;
+    for (std::uint32_t g : *guides) kinds.insert(g / 10 * 2 + g % 2);
+    CHECK(kinds.size() == 40);
+}
+
+TEST_CASE("the reconstruction error is the distance from the blend of the guides' motions") {
+    const Groom groom = groom_of(
+        {{{0, 0, 0}, {0, 1, 0}}, {{1, 0, 0}, {1, 1, 0}}, {{2, 0, 0}, {2, 0.5, 0}, {2, 1, 0}}});
+    GroomMotion motion;
+    motion.frame_count = 1;
+    motion.displacement = {0, 0, 0, 0.1f, 0,    0, 0, 0,     0, 0.3f, 0,
+                           0, 0, 0, 0,    0.1f, 0, 0, 0.25f, 0, 0};
+    std::vector<GuideBlend> blends(3);
+    blends[0].guide.fill(0);
+    blends[1].guide.fill(1);
+    blends[2].guide = {0, 1, 1};
+    blends[2].weight = {0.5, 0.25, 0.25};
+    const Spread error = reconstruction_error(groom, motion, blends);
+    CHECK(error.max == Approx(0.05));
+    CHECK(error.mean == Approx(0.05 / 3));
+}
+
+TEST_CASE("stored densities fill the solver's grid to one where hair is thick") {
+    // A block of parallel strands at equal spacing: density is mass over volume.
+    std::vector<std::vector<Vec3>> strands;
+    for (int i = 0; i < 40; ++i) {
+        for (int j = 0; j < 40; ++j) {
+            std::vector<Vec3> strand;
+            for (int p = 0; p < 28; ++p) strand.push_back({0.0025 * i, 0.1 / 27 * p, 0.0025 * j});
+            strands.push_back(strand);
+        }
+    }
+    const Groom groom = groom_of(strands);
+    std::vector<std::uint32_t> all(groom.strand_count());
+    std::iota(all.begin(), all.end(), 0u);
+    const AssetOrder order = order_asset(groom, all);
+    std::vector<GuideBlend> blends(all.size());
+    for (std::uint32_t s : all) blends[s].guide.fill(s);
+    AssetInfo info;
+    info.groups.push_back({"default", {}, {}});
+    AssetArrays arrays;
+    store_strands(groom, {}, {}, order, blends, info.groups, arrays);
+    info.strand_count = info.guide_count = static_cast<std::uint32_t>(all.size());
+    info.row_count = order.tile_first_row.back();
+    info.bounds_max = {0.0975f, 0.1f, 0.0975f};
+    store_density(info, arrays);
+    CHECK(arrays.guide_density.empty());
+    info.groups[0].strand.volume = {0.01f};
+    store_density(info, arrays);
+    REQUIRE(arrays.guide_density.size() == arrays.guide_length.size());
+    const Material& m = info.groups[0].material;
+    const double expected =
+        double{m.density} * 3.14159265358979 * m.radius * m.radius2 / (0.0025 * 0.0025);
+    double sum = 0;
+    int count = 0;
+    for (std::size_t lane = 0; lane < arrays.guide_strand.size(); ++lane) {
+        const Vec3& root =
+            groom.points(order.lane_strand[lane] == kNoStrand ? 0 : order.lane_strand[lane])[0];
+        if (root.x() < 0.02 || root.x() > 0.08 || root.z() < 0.02 || root.z() > 0.08) continue;
+        const std::size_t row = order.tile_first_row[lane / kTileLanes] + 14;
+        sum += arrays.guide_density[scalar_index(row, lane % kTileLanes)];
+        ++count;
+    }
+    CHECK(count > 300);
+    CHECK(sum / count == Approx(expected).epsilon(0.03));
 }
