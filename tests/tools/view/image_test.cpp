@@ -4,22 +4,30 @@
 
 #include <filesystem>
 #include <fstream>
+#include <string>
+#include <unistd.h>
 
 using namespace keratin;
 using namespace keratin::view;
 
 namespace {
-std::string scratch(const std::string& name) {
-    const auto folder = std::filesystem::temp_directory_path() / "keratin-view-test";
-    std::filesystem::create_directories(folder);
-    return (folder / name).string();
-}
+
+// A folder of this process that goes when the test ends.
+struct Folder {
+    std::filesystem::path path =
+        std::filesystem::temp_directory_path() / ("keratin_image_" + std::to_string(getpid()));
+    Folder() { std::filesystem::create_directories(path); }
+    ~Folder() { std::filesystem::remove_all(path); }
+    std::string file(const std::string& name) const { return (path / name).string(); }
+};
+
 }  // namespace
 
 TEST_CASE("a picture written as PNG is read back the same") {
+    const Folder folder;
     Image image = make_image(13, 7, {1, 2, 3});
     for (std::size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = std::uint8_t(i * 37);
-    const std::string path = scratch("round.png");
+    const std::string path = folder.file("round.png");
     REQUIRE(write_png(image, path));
     const auto again = read_image(path);
     REQUIRE(again);
@@ -28,14 +36,15 @@ TEST_CASE("a picture written as PNG is read back the same") {
 }
 
 TEST_CASE("a picture that cannot be read or written is an error that names it") {
-    const auto missing = read_image(scratch("missing.png"));
+    const Folder folder;
+    const auto missing = read_image(folder.file("missing.png"));
     REQUIRE_FALSE(missing);
     CHECK(to_string(missing.error()).find("missing.png") != std::string::npos);
-    std::ofstream(scratch("text.png")) << "no picture";
-    const auto text = read_image(scratch("text.png"));
+    std::ofstream(folder.file("text.png")) << "no picture";
+    const auto text = read_image(folder.file("text.png"));
     REQUIRE_FALSE(text);
     CHECK(text.error().code == ErrorCode::input);
-    const auto nowhere = write_png(make_image(2, 2, {0, 0, 0}), scratch("no_folder/a.png"));
+    const auto nowhere = write_png(make_image(2, 2, {0, 0, 0}), folder.file("no_folder/a.png"));
     REQUIRE_FALSE(nowhere);
     CHECK(exit_code(nowhere.error()) == 2);
 }

@@ -12,14 +12,16 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <unistd.h>
 
 namespace keratin::test {
 
-// An empty folder of that name that goes when the test ends.
+// An empty folder of this process and name that goes when the test ends.
 struct Folder {
     std::filesystem::path path;
     explicit Folder(const std::string& name)
-        : path(std::filesystem::temp_directory_path() / ("keratin_view_" + name)) {
+        : path(std::filesystem::temp_directory_path() /
+               ("keratin_view_" + std::to_string(getpid()) + "_" + name)) {
         std::filesystem::remove_all(path);
         std::filesystem::create_directories(path);
     }
