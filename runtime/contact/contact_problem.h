@@ -4,9 +4,11 @@
 //
 //     begin_step            once a step (and once for each half of a repeated step)
 //     repeat
-//         (the step)        one Newton iteration of every strand on g(.; impulse)
+//         (the step)        Newton directions of all strands on g(.; impulse): v + d
 //         detect            at first, and whenever the iteration seems to have converged
-//         pass              changes r, writes impulse = H^T r
+//         pass              changes r from v + d, writes impulse = H^T r
+//         (the step)        directions for the new impulse with the same factors, line search along
+//         them
 //     end_step              after the last Newton iteration, with the velocity that is kept
 #pragma once
 
@@ -55,8 +57,8 @@ struct ContactProblem {
 class RodInverse {
   public:
     virtual ~RodInverse() = default;
-    // Changes whenever the factor does: the same number, the same inverse.
-    virtual std::uint64_t version() const { return 0; }
+    // Changes whenever a factor of the block does: the same number, the same inverse.
+    virtual std::uint64_t version(std::uint32_t block) const = 0;
     // One vector for each strand of a block at once, in place: [block length], laid out as the
     // block's part of the arrays above. As fast as one strand alone.
     virtual void apply_block(std::uint32_t block, std::span<double> values) const = 0;

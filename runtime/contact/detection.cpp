@@ -11,8 +11,9 @@
 namespace keratin {
 namespace {
 
-constexpr double kTouching = 1e-9;      // m; below it two closest points give no normal
-constexpr double kParallel = 1e-2;      // squared sine; about 6 degrees
+constexpr double kTouching = 1e-9;  // m; below it two closest points give no normal
+constexpr double kParallel = 1e-2;  // squared sine; about 6 degrees
+constexpr double kSnap = 4e-3;      // of delta: how much farther an end may be and count as closest
 constexpr double kOverlapReach = 1.05;  // of delta: an end of a parallel overlap this near counts
 constexpr std::uint32_t kChunk = 2048;  // pairs or edges a thread takes at a time
 
@@ -49,9 +50,39 @@ Vector3 normal_between(const MovingSegment& p, const MovingSegment& q, double s,
     return dot(n, start_side) < 0 ? -n : n;
 }
 
+// Moves a closest point to the end of its segment where that is as near, to the slack (m): beside a
+// joint both edges then have the same contact, at the vertex, and not two that hardly differ.
+SegmentPair<double> snapped_to_ends(const MovingSegment& p, const MovingSegment& q,
+                                    SegmentPair<double> pair, double slack) {
+    const double reach = std::sqrt(pair.squared_distance) + slack;
+    for (const double end : {0.0, 1.0}) {
+        const Vector3 x = end > 0 ? p.b : p.a;
+        const double t = closest_on_segment(x, q.a, q.b);
+        const double along = (end - pair.s) * (end - pair.s) * squared_length(p.b - p.a);
+        if (pair.s == end || along > reach * reach ||
+            squared_length(x - mix(q.a, q.b, t)) > reach * reach)
+            continue;
+        pair.s = end;
+        pair.t = t;
+        break;
+    }
+    for (const double end : {0.0, 1.0}) {
+        const Vector3 y = end > 0 ? q.b : q.a;
+        const double s = pair.s <= 0 || pair.s >= 1 ? pair.s : closest_on_segment(y, p.a, p.b);
+        const double along = (end - pair.t) * (end - pair.t) * squared_length(q.b - q.a);
+        if (pair.t == end || along > reach * reach ||
+            squared_length(y - mix(p.a, p.b, s)) > reach * reach)
+            continue;
+        pair.t = end;
+        pair.s = s;
+        break;
+    }
+    return pair;
+}
+
 // The places where segments p and q, as they stand, are in contact: one, or both ends of the
 // overlap of nearly parallel ones.
-void meet_at(const MovingSegment& p, const MovingSegment& q, double delta,
+void meet_at(const MovingSegment& p, const MovingSegment& q, double delta, double slack,
              const Vector3& start_side, Meetings& out) {
     const SegmentPair<double> pair = closest_segments(p.a, p.b, q.a, q.b);
     const double reach = kOverlapReach * delta;
@@ -71,7 +102,10 @@ void meet_at(const MovingSegment& p, const MovingSegment& q, double delta,
         if ((high - low) * std::sqrt(pp) > reach) {
             auto offer = [&](double s, bool end_of_p, double t_of_q) {
                 const double t = end_of_p ? closest_on_segment(mix(p.a, p.b, s), q.a, q.b) : t_of_q;
-                if (squared_length(mix(p.a, p.b, s) - mix(q.a, q.b, t)) <= reach * reach) add(s, t);
+                const double d2 = squared_length(mix(p.a, p.b, s) - mix(q.a, q.b, t));
+                if (d2 > reach * reach) return;
+                const SegmentPair<double> place = snapped_to_ends(p, q, {s, t, d2}, slack);
+                add(place.s, place.t);
             };
             offer(low, s0 <= 0, same_way ? 0.0 : 1.0);
             offer(high, s1 >= 1, same_way ? 1.0 : 0.0);
@@ -80,10 +114,11 @@ void meet_at(const MovingSegment& p, const MovingSegment& q, double delta,
             return;
         }
     }
-    add(pair.s, pair.t);
+    const SegmentPair<double> place = snapped_to_ends(p, q, pair, slack);
+    add(place.s, place.t);
 }
 
-Meetings meet_segments(MovingSegment p, MovingSegment q, double delta) {
+Meetings meet_segments(MovingSegment p, MovingSegment q, double delta, double slack) {
     Meetings out;
     const double rate = take_out_mean_motion(p, q);
     const FirstContact first = first_contact(
@@ -97,7 +132,7 @@ Meetings meet_segments(MovingSegment p, MovingSegment q, double delta) {
     if (!first.found) return out;
     const SegmentPair<double> start = closest_segments(p.a, p.b, q.a, q.b);
     const Vector3 start_side = mix(p.a, p.b, start.s) - mix(q.a, q.b, start.t);
-    meet_at(at_time(p, first.time), at_time(q, first.time), delta, start_side, out);
+    meet_at(at_time(p, first.time), at_time(q, first.time), delta, slack, start_side, out);
     return out;
 }
 
@@ -130,11 +165,13 @@ Place file_under(const ContactStrands& strands, std::uint32_t edge, double param
     return {edge, parameter, parameter <= 0, false};
 }
 
-// Whether a force at this place of the edge can move anything.
+// Whether a force at this place of the edge can move it. Beside a held end it could only by
+// throwing the other end about.
 bool can_move(const ContactStrands& strands, std::uint32_t edge, double parameter) {
+    constexpr double kBeside = 0.05;
     const std::uint32_t v = strands.first_vertex[edge];
-    return !((strands.prescribed[v] || parameter >= 1) &&
-             (strands.prescribed[v + 1] || parameter <= 0));
+    return !((strands.prescribed[v] || parameter >= 1 - kBeside) &&
+             (strands.prescribed[v + 1] || parameter <= kBeside));
 }
 
 MovingSegment world_edge(const ContactStrands& strands, std::uint32_t edge) {
@@ -207,7 +244,8 @@ struct ColliderSearch {
         const double delta = edge_delta(strands, collider, edge);
         const double radius = collider.shape.radius;
         const MovingSegment axis = world_axis(collider);
-        const Meetings m = meet_segments(world_edge(strands, edge), axis, radius + delta);
+        const Meetings m =
+            meet_segments(world_edge(strands, edge), axis, radius + delta, kSnap * delta);
         const MovingSegment end = at_time(axis, 1);
         for (int i = 0; i < m.count; ++i)
             add(edge, m.at[i].s, m.at[i].normal,
@@ -243,7 +281,8 @@ struct ColliderSearch {
         for (std::uint32_t k = 0; k < 12; ++k) {
             const Vector3 a = box_corner(collider.shape, kBoxEdges[k][0]),
                           b = box_corner(collider.shape, kBoxEdges[k][1]);
-            const Meetings m = meet_segments(e, {a, b, Vector3(0), Vector3(0)}, delta);
+            const Meetings m =
+                meet_segments(e, {a, b, Vector3(0), Vector3(0)}, delta, kSnap * delta);
             for (int i = 0; i < m.count; ++i) {
                 // Inside the strand's edge, and outside of the box as seen from the box's edge.
                 if (m.at[i].s <= 0 || m.at[i].s >= 1) continue;
@@ -335,7 +374,8 @@ struct ColliderSearch {
         tree.overlapping(low, high, [&](std::uint32_t triangle) {
             for (const TriangleTree::Edge& seam : tree.edges_of(triangle)) {
                 const Vector3 &a = tree.points()[seam.point[0]], &b = tree.points()[seam.point[1]];
-                const Meetings m = meet_segments(e, {a, b, Vector3(0), Vector3(0)}, delta);
+                const Meetings m =
+                    meet_segments(e, {a, b, Vector3(0), Vector3(0)}, delta, kSnap * delta);
                 for (int i = 0; i < m.count; ++i) {
                     if (m.at[i].s <= 0 || m.at[i].s >= 1) continue;
                     // Beside one of its faces the face is nearer than the edge.
@@ -530,7 +570,7 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
                     continue;
             }
             const MovingSegment p = world_edge(strands, e), q = world_edge(strands, f);
-            const Meetings meetings = meet_segments(p, q, delta);
+            const Meetings meetings = meet_segments(p, q, delta, kSnap * delta);
             if (meetings.count == 0) continue;
             auto add = [&](const Meeting& at, double time) {
                 if (!can_move(strands, e, at.s) && !can_move(strands, f, at.t)) return ContactKey{};

@@ -18,7 +18,7 @@ struct DetectionSettings {
     bool between_strands = true;
     // A contact whose distance at the end of the step falls short of delta by more than this share
     // has its normal and points taken anew there (refresh_contacts).
-    double end_tolerance = 5e-3;
+    double end_tolerance = 3e-3;
     int threads = 1;
 };
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <new>
 #include <vector>
 
@@ -70,6 +71,7 @@ struct GaussSeidel::Memory {
     std::vector<double> bucket_sum;
     std::vector<std::uint32_t> count, last_batch, bucket_of, order;
     std::vector<std::uint32_t> block_strands, block_start;
+    std::vector<std::uint64_t> block_version;  // of the inverse that the block's columns come from
 };
 
 GaussSeidel::GaussSeidel() : memory_(std::make_unique<Memory>()) {}
@@ -134,7 +136,7 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
                       &m.rows[21 * k]);
         }
 
-    // W, or its half, by one solve a column: a strand's next column beside those of its block.
+    // Strands with contacts, block by block.
     const std::size_t blocks = layout.block_first.empty() ? 0 : layout.block_first.size() - 1;
     m.block_start.assign(blocks + 1, 0);
     for (const std::uint32_t s : m.touched) ++m.block_start[layout.block[s] + 1];
@@ -144,65 +146,6 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
         m.block_strands[--m.block_start[layout.block[m.touched[i]] + 1]] = m.touched[i];
     for (std::size_t b = 0; b < blocks; ++b) m.block_start[b] = m.block_start[b + 1];
     if (blocks > 0) m.block_start[blocks] = static_cast<std::uint32_t>(m.touched.size());
-
-#pragma omp parallel num_threads(threads)
-    {
-        AlignedNumbers values;
-#pragma omp for schedule(dynamic)
-        for (std::size_t b = 0; b < blocks; ++b) {
-            const std::span<const std::uint32_t> members =
-                std::span(m.block_strands)
-                    .subspan(m.block_start[b], m.block_start[b + 1] - m.block_start[b]);
-            if (members.empty()) continue;
-            const std::size_t begin = layout.block_first[b],
-                              length = layout.block_first[b + 1] - begin;
-            values.resize(length);
-            std::uint32_t most = 0;
-            for (const std::uint32_t s : members) most = std::max(most, m.strands[s].side_count);
-            for (std::uint32_t place = 0; place < most; ++place)
-                for (int k = 0; k < 3; ++k) {
-                    std::fill(values.begin(), values.end(), 0.0);
-                    for (const std::uint32_t s : members) {
-                        const Memory::StrandPart& part = m.strands[s];
-                        if (place >= part.side_count) continue;
-                        const std::uint32_t side = m.side_order[part.first_side + place];
-                        const SideRows& rows = laws[side / 2].rows[side % 2];
-                        for (int i = 0; i < 7; ++i)
-                            values[rows.first - begin +
-                                   static_cast<std::size_t>(i) * rows.stride] += rows.weight[k][i];
-                    }
-                    inverse.apply_block(static_cast<std::uint32_t>(b), values);
-                    for (const std::uint32_t s : members) {
-                        const Memory::StrandPart& part = m.strands[s];
-                        if (place >= part.side_count) continue;
-                        double* column = m.columns.data() + part.columns +
-                                         (3 * static_cast<std::size_t>(place) + k) * part.rows;
-                        std::uint32_t written = 0;
-                        if (part.dense) {
-                            const std::size_t numbers =
-                                4 * static_cast<std::size_t>(layout.vertex_count[s]);
-                            const std::size_t first = layout.first[s] - begin;
-                            for (std::size_t i = 0; i < numbers; ++i)
-                                column[written++] = values[first + i * layout.lanes];
-                        } else {
-                            for (std::uint32_t j = 0; j < part.side_count; ++j) {
-                                const std::uint32_t other = m.side_order[part.first_side + j];
-                                const SideRows& rows = laws[other / 2].rows[other % 2];
-                                double u[3] = {0, 0, 0};
-                                for (int i = 0; i < 7; ++i) {
-                                    const double x =
-                                        values[rows.first - begin +
-                                               static_cast<std::size_t>(i) * rows.stride];
-                                    for (int d = 0; d < 3; ++d) u[d] += rows.weight[d][i] * x;
-                                }
-                                for (int d = 0; d < 3; ++d) column[written++] = u[d];
-                            }
-                        }
-                        while (written < part.rows) column[written++] = 0;
-                    }
-                }
-        }
-    }
 
     // Batches: by phase, within a phase by pair of groups, each bucket filled greedily in the order
     // of the contacts so that no strand is twice in a batch.
@@ -259,37 +202,111 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
                 batch.side[side][lane] = 2 * c + side;
                 m.last_batch[places[2 * c + side].strand] = at + 1;
             }
-            // Its own block: both sides, and between them where they are on one strand.
-            double w[3][3] = {};
-            for (std::uint32_t a = 0; a < laws[c].sides; ++a)
-                for (std::uint32_t b = 0; b < laws[c].sides; ++b) {
-                    if (places[2 * c + a].strand != places[2 * c + b].strand) continue;
-                    const SweepSide &read = m.sides[2 * c + a], &from = m.sides[2 * c + b];
-                    for (int col = 0; col < 3; ++col) {
-                        const double* column = m.columns.data() + from.column +
-                                               static_cast<std::size_t>(col) * from.rows +
-                                               read.read;
-                        for (int row = 0; row < 3; ++row) {
-                            if (read.dense == 0) {
-                                w[row][col] += column[row];
-                            } else {
-                                for (int k = 0; k < 7; ++k)
-                                    w[row][col] += laws[c].rows[a].weight[row][k] * column[k];
-                            }
-                        }
-                    }
-                }
-            if (w[0][0] > 0) {
-                const double own[6] = {
-                    w[0][0], 0.5 * (w[0][1] + w[1][0]), 0.5 * (w[0][2] + w[2][0]),
-                    w[1][1], 0.5 * (w[1][2] + w[2][1]), w[2][2]};
-                for (int k = 0; k < 6; ++k) batch.w[k][lane] = own[k];
-            }
         }
         m.buckets.push_back(
             {bucket / (kGroups * kGroups), first, static_cast<std::uint32_t>(m.batches.size())});
     }
     m.bucket_sum.resize(m.buckets.size());
+    m.block_version.assign(blocks, std::numeric_limits<std::uint64_t>::max());
+    renew(layout, laws, places, inverse, threads);
+}
+
+void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> laws,
+                        std::span<const SidePlace> places, const RodInverse& inverse, int threads) {
+    Memory& m = *memory_;
+    const std::size_t contacts = laws.size();
+    const std::size_t blocks = m.block_version.size();
+    // W, or its half, by one solve a column: a strand's next column beside those of its block.
+#pragma omp parallel num_threads(threads)
+    {
+        AlignedNumbers values;
+#pragma omp for schedule(dynamic)
+        for (std::size_t b = 0; b < blocks; ++b) {
+            const std::span<const std::uint32_t> members =
+                std::span(m.block_strands)
+                    .subspan(m.block_start[b], m.block_start[b + 1] - m.block_start[b]);
+            const std::uint64_t version = inverse.version(static_cast<std::uint32_t>(b));
+            if (members.empty() || m.block_version[b] == version) continue;
+            m.block_version[b] = version;
+            const std::size_t begin = layout.block_first[b],
+                              length = layout.block_first[b + 1] - begin;
+            values.resize(length);
+            std::uint32_t most = 0;
+            for (const std::uint32_t s : members) most = std::max(most, m.strands[s].side_count);
+            for (std::uint32_t place = 0; place < most; ++place)
+                for (int k = 0; k < 3; ++k) {
+                    std::fill(values.begin(), values.end(), 0.0);
+                    for (const std::uint32_t s : members) {
+                        const Memory::StrandPart& part = m.strands[s];
+                        if (place >= part.side_count) continue;
+                        const std::uint32_t side = m.side_order[part.first_side + place];
+                        const SideRows& rows = laws[side / 2].rows[side % 2];
+                        for (int i = 0; i < 7; ++i)
+                            values[rows.first - begin +
+                                   static_cast<std::size_t>(i) * rows.stride] += rows.weight[k][i];
+                    }
+                    inverse.apply_block(static_cast<std::uint32_t>(b), values);
+                    for (const std::uint32_t s : members) {
+                        const Memory::StrandPart& part = m.strands[s];
+                        if (place >= part.side_count) continue;
+                        double* column = m.columns.data() + part.columns +
+                                         (3 * static_cast<std::size_t>(place) + k) * part.rows;
+                        std::uint32_t written = 0;
+                        if (part.dense) {
+                            const std::size_t numbers =
+                                4 * static_cast<std::size_t>(layout.vertex_count[s]);
+                            const std::size_t first = layout.first[s] - begin;
+                            for (std::size_t i = 0; i < numbers; ++i)
+                                column[written++] = values[first + i * layout.lanes];
+                        } else {
+                            for (std::uint32_t j = 0; j < part.side_count; ++j) {
+                                const std::uint32_t other = m.side_order[part.first_side + j];
+                                const SideRows& rows = laws[other / 2].rows[other % 2];
+                                double u[3] = {0, 0, 0};
+                                for (int i = 0; i < 7; ++i) {
+                                    const double x =
+                                        values[rows.first - begin +
+                                               static_cast<std::size_t>(i) * rows.stride];
+                                    for (int d = 0; d < 3; ++d) u[d] += rows.weight[d][i] * x;
+                                }
+                                for (int d = 0; d < 3; ++d) column[written++] = u[d];
+                            }
+                        }
+                        while (written < part.rows) column[written++] = 0;
+                    }
+                }
+        }
+    }
+
+#pragma omp parallel for num_threads(threads) schedule(static)
+    for (std::size_t c = 0; c < contacts; ++c) {
+        ContactBatch& batch = m.batches[m.batch_of[c] / kContactBatch];
+        const std::uint32_t lane = m.batch_of[c] % kContactBatch;
+        // Its own block: both sides, and between them where they are on one strand.
+        double w[3][3] = {};
+        for (std::uint32_t a = 0; a < laws[c].sides; ++a)
+            for (std::uint32_t b = 0; b < laws[c].sides; ++b) {
+                if (places[2 * c + a].strand != places[2 * c + b].strand) continue;
+                const SweepSide &read = m.sides[2 * c + a], &from = m.sides[2 * c + b];
+                for (int col = 0; col < 3; ++col) {
+                    const double* column = m.columns.data() + from.column +
+                                           static_cast<std::size_t>(col) * from.rows + read.read;
+                    for (int row = 0; row < 3; ++row) {
+                        if (read.dense == 0) {
+                            w[row][col] += column[row];
+                        } else {
+                            for (int k = 0; k < 7; ++k)
+                                w[row][col] += laws[c].rows[a].weight[row][k] * column[k];
+                        }
+                    }
+                }
+            }
+        if (w[0][0] > 0) {
+            const double own[6] = {w[0][0], 0.5 * (w[0][1] + w[1][0]), 0.5 * (w[0][2] + w[2][0]),
+                                   w[1][1], 0.5 * (w[1][2] + w[2][1]), w[2][2]};
+            for (int k = 0; k < 6; ++k) batch.w[k][lane] = own[k];
+        }
+    }
 }
 
 GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span<const double> v,
@@ -349,6 +366,17 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
     }
 
     const std::size_t buckets = m.buckets.size();
+    auto mean_residual = [&] {
+        double sum = 0;
+        for (std::size_t b = 0; b < buckets; ++b) sum += m.bucket_sum[b];
+        return sum / static_cast<double>(contacts);
+    };
+#pragma omp parallel for num_threads(settings.threads) schedule(static, 1)
+    for (std::size_t b = 0; b < buckets; ++b)
+        m.bucket_sum[b] = kernels.residual(view, m.buckets[b].first_batch, m.buckets[b].last_batch);
+    // Where contacts share a load in more than one way, further sweeps would only shift it about.
+    report.residual = mean_residual();
+    if (report.residual <= settings.accepted) return report;
     bool done = false;
 #pragma omp parallel num_threads(settings.threads)
     while (!done) {
@@ -369,9 +397,7 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
                     kernels.residual(view, m.buckets[b].first_batch, m.buckets[b].last_batch);
 #pragma omp single
             {
-                double sum = 0;
-                for (std::size_t b = 0; b < buckets; ++b) sum += m.bucket_sum[b];
-                report.residual = sum / static_cast<double>(contacts);
+                report.residual = mean_residual();
                 done = report.sweeps >= settings.most_sweeps ||
                        (report.residual <= settings.residual &&
                         report.sweeps >= settings.least_sweeps);

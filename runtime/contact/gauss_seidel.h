@@ -27,7 +27,8 @@ struct GaussSeidelSettings {
     int threads = 1;
     std::uint32_t most_sweeps = 200;
     std::uint32_t least_sweeps = 1;
-    double residual = 1e-6;                           // mean |f_FB| to sweep down to
+    double accepted = 8e-7;  // mean |f_FB| at which impulses are left as they are
+    double residual = 1e-7;  // mean |f_FB| to sweep down to, else
     double velocity_scale = 1e-2, impulse_scale = 1;  // u* and u* times the mean vertex mass
     InstructionSet instruction_set = InstructionSet::automatic;
 };
@@ -48,6 +49,10 @@ class GaussSeidel {
     // Computes W. laws: the contacts; places: [2 * contacts], of sides that exist.
     void assemble(const RodLayout& layout, std::span<const ContactLaw> laws,
                   std::span<const SidePlace> places, const RodInverse& inverse, int threads);
+
+    // The same for the same contacts after some blocks' factors have changed: their columns alone.
+    void renew(const RodLayout& layout, std::span<const ContactLaw> laws,
+               std::span<const SidePlace> places, const RodInverse& inverse, int threads);
 
     // Sweeps from impulses [3 * contacts] (contact frames), in place. v: velocities that contain
     // the impulses `applied` [3 * contacts]. Laws as at assemble, their constants may differ.

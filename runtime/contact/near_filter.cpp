@@ -55,12 +55,16 @@ KERATIN_CLONES void room_of(Lanes& n) {
         const float wn = wx * nx + wy * ny + wz * nz;
         const float nn = nx * nx + ny * ny + nz * nz;
         const float line = wn * wn / (nn > 1e-30f ? nn : 1e-30f);
-        // Rounding of s, t near the ends, and of nearly parallel edges: in doubt a foot counts as
-        // inside, for the distance of the lines is never more than that of the segments.
+        // A foot just outside counts as inside, for rounding: the distance of the lines is never
+        // more than that of the segments. Nearly parallel edges have no feet to speak of: their
+        // distance falls short of that of the ends by no more than the sine times the shorter edge.
         const float slack = 1e-3f * det;
-        const bool inside = ((s > -slack) & (s < det + slack) & (t > -slack) & (t < det + slack)) |
-                            (det < 1e-5f * aa * bb);
+        const bool parallel = det < 1e-5f * aa * bb;
+        const bool inside =
+            !parallel & (s > -slack) & (s < det + slack) & (t > -slack) & (t < det + slack);
         d = (inside & (line < d)) ? line : d;
+        const float longer = aa > bb ? aa : bb;
+        const float sag = std::sqrt(nn / (longer > 1e-30f ? longer : 1e-30f));
 
         float mx = 0.25f * (n.first[6][l] + n.first[9][l] + n.second[6][l] + n.second[9][l]);
         float my = 0.25f * (n.first[7][l] + n.first[10][l] + n.second[7][l] + n.second[10][l]);
@@ -72,7 +76,8 @@ KERATIN_CLONES void room_of(Lanes& n) {
                     qbz = n.second[11][l] - mz;
         const float pa = pax * pax + pay * pay + paz * paz, pb = pbx * pbx + pby * pby + pbz * pbz;
         const float qa = qax * qax + qay * qay + qaz * qaz, qb = qbx * qbx + qby * qby + qbz * qbz;
-        n.room[l] = std::sqrt(d) - std::sqrt(pa > pb ? pa : pb) - std::sqrt(qa > qb ? qa : qb);
+        n.room[l] = std::sqrt(d) - (parallel ? sag : 0.0f) - std::sqrt(pa > pb ? pa : pb) -
+                    std::sqrt(qa > qb ? qa : qb);
     }
 }
 

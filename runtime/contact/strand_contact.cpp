@@ -21,6 +21,13 @@ struct StrandContact::Memory {
     ContactSettings settings;
     std::vector<ContactCollider> colliders;
     int threads = 1;
+    // Waking a second thread costs more than so few edges or contacts.
+    static constexpr std::size_t kEdgesAThread = 2000, kContactsAThread = 200;
+    int detection_threads() const { return worth(first_vertex.size(), kEdgesAThread); }
+    int solve_threads() const { return worth(contacts.size(), kContactsAThread); }
+    int worth(std::size_t count, std::size_t a_thread) const {
+        return std::clamp(static_cast<int>(count / a_thread), 1, threads);
+    }
 
     // The strands as edges; rebuilt when the layout changes.
     std::vector<std::uint32_t> layout_first;
@@ -43,7 +50,6 @@ struct StrandContact::Memory {
     std::vector<double> impulses, applied;  // [3 * contacts], contact frames
     bool changed = true;                    // contacts since W was assembled
     bool unapplied = false;  // remembered impulses that the velocity does not contain yet
-    std::uint64_t inverse_version = 0;
     ImpulsePass impulse_pass;
     GaussSeidel gauss_seidel;
     ContactReport report;
@@ -83,7 +89,7 @@ struct StrandContact::Memory {
         impulses.resize(3 * n);
         applied.resize(3 * n);
         const ContactStrands strands = view();
-#pragma omp parallel for num_threads(threads) schedule(static)
+#pragma omp parallel for num_threads(solve_threads()) schedule(static)
         for (std::size_t c = 0; c < n; ++c) {
             const Contact& contact = contacts[c];
             const ContactFrame frame = contact_frame(contact.normal);
@@ -160,7 +166,7 @@ void StrandContact::begin_step(const ContactProblem& problem) {
                     problem.layout.first.end()))
         m.lay_out(problem);
     const std::uint32_t lanes = problem.layout.lanes;
-#pragma omp parallel for num_threads(m.threads) schedule(static)
+#pragma omp parallel for num_threads(m.detection_threads()) schedule(static)
     for (std::size_t i = 0; i < m.vertex_number.size(); ++i) {
         const std::size_t at = m.vertex_number[i];
         m.x_t0[i] = {problem.x_t0[at], problem.x_t0[at + lanes], problem.x_t0[at + 2 * lanes]};
@@ -199,7 +205,7 @@ std::size_t StrandContact::detect(const ContactProblem& problem, std::span<const
     Memory& m = *memory_;
     double start = now();
     const std::uint32_t lanes = problem.layout.lanes;
-#pragma omp parallel for num_threads(m.threads) schedule(static)
+#pragma omp parallel for num_threads(m.detection_threads()) schedule(static)
     for (std::size_t i = 0; i < m.vertex_number.size(); ++i) {
         const std::size_t at = m.vertex_number[i];
         m.x_t1[i] = m.x_t0[i] + Vector3(v[at], v[at + lanes], v[at + 2 * lanes]) * problem.step;
@@ -209,7 +215,7 @@ std::size_t StrandContact::detect(const ContactProblem& problem, std::span<const
     settings.friction = m.settings.friction;
     settings.contact_distance = m.settings.contact_distance;
     settings.between_strands = m.settings.between_strands;
-    settings.threads = m.threads;
+    settings.threads = m.detection_threads();
     const ContactStrands strands = m.view();
     m.write_back();
     const std::span<const FoundContact> found =
@@ -258,18 +264,19 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
                 change += std::fabs(m.impulses[i] - m.applied[i]);
         } else {
             change = m.impulse_pass.run(m.laws, v, problem.inverse_mass, m.settings.local_inertia,
-                                        m.threads, m.impulses);
+                                        m.solve_threads(), m.impulses);
         }
     } else if (n > 0) {
-        if (m.changed || inverse.version() != m.inverse_version) {
-            m.gauss_seidel.assemble(problem.layout, m.laws, m.places, inverse, m.threads);
-            m.inverse_version = inverse.version();
-            m.changed = false;
-        }
+        if (m.changed)
+            m.gauss_seidel.assemble(problem.layout, m.laws, m.places, inverse, m.solve_threads());
+        else
+            m.gauss_seidel.renew(problem.layout, m.laws, m.places, inverse, m.solve_threads());
+        m.changed = false;
         GaussSeidelSettings settings;
-        settings.threads = m.threads;
+        settings.threads = m.solve_threads();
         settings.most_sweeps = m.settings.most_sweeps;
         settings.residual = m.settings.sweep_residual;
+        settings.accepted = m.settings.accepted_residual;
         settings.velocity_scale = problem.gravity_speed;
         settings.impulse_scale = problem.gravity_speed * problem.mean_vertex_mass;
         settings.instruction_set = m.settings.instruction_set;

@@ -25,8 +25,10 @@ struct ContactSettings {
     // METHODS 2.4, which begins with 0: the solution is the same, reached in fewer iterations.
     bool warm_start = true;
     std::uint32_t most_sweeps = 200;  // gauss_seidel: sweeps of one pass
-    double sweep_residual = 2e-7;     // gauss_seidel: mean |f_FB| that ends a pass
-    int threads = 0;                  // 0: as many as OpenMP would take
+    // gauss_seidel: mean |f_FB| at which a pass leaves the impulses alone, and to which it sweeps
+    // else.
+    double accepted_residual = 8e-7, sweep_residual = 1e-7;
+    int threads = 0;  // 0: as many as OpenMP would take
     InstructionSet instruction_set = InstructionSet::automatic;
 };
 

@@ -73,6 +73,7 @@ void renew_factor(const RodPasses& passes, RodWorkspace& w, std::uint32_t lanes)
         passes.keep(rows * kRodBandWidth, lanes, fresh, w.band_rows(passes.lanes));
     w.factored |= lanes;
     w.fresh |= lanes;
+    ++w.version;
 }
 
 }  // namespace
@@ -127,14 +128,24 @@ void newton_offer(const RodPasses& passes, RodWorkspace& w, std::uint32_t lanes)
 }
 
 void newton_iterate(const RodPasses& passes, RodWorkspace& w, const NewtonRules& rules) {
+    newton_direct(passes, w, rules);
+    newton_take(passes, w, rules);
+}
+
+void newton_direct(const RodPasses& passes, RodWorkspace& w, const NewtonRules& rules) {
     const std::uint32_t renew =
         (rules.kind == RodNewton::full ? w.running : w.refactor & w.running) & ~w.fresh;
     if (renew != 0) renew_factor(passes, w, renew);
     w.refactor = 0;
+    newton_redirect(passes, w);
+}
 
-    double* d = w.direction_rows(passes.lanes);
-    passes.solve(w.block, w.band_rows(passes.lanes), w.gradient.data(), d, w.norm.data(),
-                 w.down.data());
+void newton_redirect(const RodPasses& passes, RodWorkspace& w) {
+    passes.solve(w.block, w.band_rows(passes.lanes), w.gradient.data(),
+                 w.direction_rows(passes.lanes), w.norm.data(), w.down.data());
+}
+
+void newton_take(const RodPasses& passes, RodWorkspace& w, const NewtonRules& rules) {
     std::uint32_t pending = w.running, stuck = 0, still = 0;
     for (std::uint32_t l = 0; l < passes.lanes; ++l) {
         w.alpha[l] = has(pending, l) ? 1 : 0;

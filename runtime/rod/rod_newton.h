@@ -36,6 +36,7 @@ struct RodWorkspace {
     std::uint32_t refactor = 0;    // lanes whose factor shall be new
     std::uint32_t fresh = 0;       // lanes whose factor belongs to their present v
     std::uint32_t factored = 0;    // lanes that have a factor
+    std::uint64_t version = 0;     // of the factors, counts up
     std::uint32_t failed = 0;      // lanes that Newton's method gave up
     std::uint32_t indefinite = 0;  // lanes whose whole Hessian was not positive in this step
     PerLane<std::uint32_t> iterations{};
@@ -55,7 +56,14 @@ struct NewtonRules {
 void newton_begin(const RodPasses& passes, RodWorkspace& work, std::uint32_t lanes);
 // Where g(v + direction) < g(v) takes v + direction: another first guess.
 void newton_offer(const RodPasses& passes, RodWorkspace& work, std::uint32_t lanes);
-// One iteration of the running lanes.
+// The first half of an iteration: renews factors where asked for and sets the direction of the running
+// lanes.
+void newton_direct(const RodPasses& passes, RodWorkspace& work, const NewtonRules& rules);
+// The direction again with the factors as they are, after newton_push.
+void newton_redirect(const RodPasses& passes, RodWorkspace& work);
+// The second half: goes along the direction as far as g falls.
+void newton_take(const RodPasses& passes, RodWorkspace& work, const NewtonRules& rules);
+// One iteration of the running lanes: both halves.
 void newton_iterate(const RodPasses& passes, RodWorkspace& work, const NewtonRules& rules);
 // The impulse of the given lanes has changed by `change` ([4 V], 0 elsewhere): v has to follow.
 void newton_push(const RodPasses& passes, RodWorkspace& work, const double* change);

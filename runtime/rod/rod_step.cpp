@@ -342,6 +342,7 @@ struct Solver {
     class Inverse final : public RodInverse {
       public:
         explicit Inverse(const Solver& solver) : s_(solver) {}
+        std::uint64_t version(std::uint32_t b) const override { return s_.r.work[b]->version; }
         void apply_block(std::uint32_t b, std::span<double> values) const override {
             const std::size_t rows = 4 * s_.blocks.rows(b);
             double* x = scratch(rows);
@@ -410,17 +411,29 @@ struct Solver {
         return p;
     }
 
+    // The velocities, of running strands with the direction added.
     void gather_velocity() {
         const auto count = static_cast<std::ptrdiff_t>(blocks.block_count());
 #pragma omp parallel for num_threads(threads()) schedule(static)
         for (std::ptrdiff_t b = 0; b < count; ++b) {
-            const std::size_t begin = blocks.block_first[b], end = blocks.block_first[b + 1];
-            std::copy_n(r.work[b]->v.data(), end - begin, r.contact_v.data() + begin);
+            RodWorkspace& w = *r.work[b];
+            const std::size_t begin = blocks.block_first[b], size = blocks.block_first[b + 1] - begin;
+            const double* d = w.direction_rows(lanes);
+            for (std::size_t i = 0; i < size; i += lanes)
+                for (std::uint32_t l = 0; l < lanes; ++l)
+                    r.contact_v[begin + i + l] = w.v[i + l] + (has(w.running, l) ? d[i + l] : 0.0);
         }
     }
 
-    // Algorithm 2 (METHODS §2.4). Returns whether it converged.
+    // Algorithm 2 (METHODS §2.4) with the impulses inside the Newton iteration: they are found for the
+    // velocity that the whole Newton step leads to, and the step is taken with them. (Taken without
+    // them, it would base the next one on strands that have run into each other.) Returns whether it
+    // converged.
     bool iterate_scene(const ContactProblem& p, RodStepReport& report) {
+        // Contacts that the impulses cause are looked for each time the velocities have come this
+        // near (in tolerances), long before the iteration ends.
+        constexpr double kNear = 1e3;
+        bool near = false, look = true;
         const auto count = static_cast<std::ptrdiff_t>(blocks.block_count());
         const Inverse inverse(*this);
         ContactPass pass;
@@ -434,23 +447,18 @@ struct Solver {
             for (std::ptrdiff_t b = 0; b < count; ++b) {
                 RodWorkspace& w = *r.work[b];
                 w.change.fill(0);
-                if (w.running != 0) newton_iterate(passes, w, rules());
+                if (w.running != 0) newton_direct(passes, w, rules());
                 running |= w.running;
                 failed |= w.failed;
             }
-            double change = 0;
-            for (std::ptrdiff_t b = 0; b < count; ++b)
-                for (std::uint32_t l = 0; l < lanes; ++l) change += r.work[b]->change[l];
-            report.mean_change = change / static_cast<double>(std::max<std::size_t>(1, blocks.first.size()));
-            r.convergence.push_back({report.mean_change, std::isfinite(pass.mean_change) ? pass.mean_change : 0});
-            ++report.contact_iterations;
+            if (failed != 0) return false;
             gather_velocity();
             r.stats.dynamics += seconds() - start;
-            if (failed != 0) return false;
-            start = seconds();
-            const bool settled = running == 0 && (pass.contacts == 0 || pass.mean_change <
-                                                                            r.settings.tolerance * p.mean_vertex_mass);
-            if (k == 0 || settled) {
+            const bool settled = k > 0 && running == 0 &&
+                                 (pass.contacts == 0 ||
+                                  pass.mean_change < r.settings.tolerance * p.mean_vertex_mass);
+            if (look || settled) {
+                start = seconds();
                 const std::size_t added = r.contact->detect(p, r.contact_v.span());
                 r.stats.collision_detection += seconds() - start;
                 if (settled && added == 0) {
@@ -464,13 +472,28 @@ struct Solver {
             pass = r.contact->pass(p, r.contact_v.span(), inverse, r.impulse.span());
             r.stats.impulse_solve += seconds() - start;
             start = seconds();
-#pragma omp parallel for num_threads(threads()) schedule(static)
+            double change = 0;
+#pragma omp parallel for num_threads(threads()) schedule(dynamic) reduction(| : failed)
             for (std::ptrdiff_t b = 0; b < count; ++b) {
+                RodWorkspace& w = *r.work[b];
                 const std::size_t begin = blocks.block_first[b], end = blocks.block_first[b + 1];
                 for (std::size_t i = begin; i < end; ++i) r.impulse_before[i] = r.impulse[i] - r.impulse_before[i];
-                newton_push(passes, *r.work[b], r.impulse_before.data() + begin);
+                newton_push(passes, w, r.impulse_before.data() + begin);
+                if (w.running == 0) continue;
+                newton_redirect(passes, w);
+                newton_take(passes, w, rules());
+                failed |= w.failed;
             }
-            r.stats.contact_bookkeeping += seconds() - start;
+            for (std::ptrdiff_t b = 0; b < count; ++b)
+                for (std::uint32_t l = 0; l < lanes; ++l) change += r.work[b]->change[l];
+            report.mean_change = change / static_cast<double>(std::max<std::size_t>(1, blocks.first.size()));
+            r.convergence.push_back({report.mean_change, pass.mean_change});
+            const bool nearer = report.mean_change < kNear * r.settings.tolerance;
+            look = nearer && !near;
+            near = nearer;
+            ++report.contact_iterations;
+            r.stats.dynamics += seconds() - start;
+            if (failed != 0) return false;
         }
         report.contacts = static_cast<std::uint32_t>(pass.contacts);
         report.mean_impulse_change = pass.mean_change;
@@ -499,9 +522,7 @@ struct Solver {
         }
         if (!converged) {
             report.at_cap = static_cast<std::uint32_t>(blocks.first.size());
-            // the impulses were pushed after the last iteration: v has to follow them
-            for (std::ptrdiff_t b = 0; b < count; ++b)
-                if (r.work[b]->running != 0) newton_iterate(passes, *r.work[b], rules());
+            for (std::ptrdiff_t b = 0; b < count; ++b) r.work[b]->running = 0;
             gather_velocity();
         }
         r.contact->end_step(p, r.contact_v.span());

@@ -51,6 +51,7 @@ class RandomRods final : public RodInverse {
 
     RodLayout layout() const { return {first, vertex_count, block, block_first, lanes}; }
 
+    std::uint64_t version(std::uint32_t) const override { return 1; }
     void apply_block(std::uint32_t b, std::span<double> values) const override {
         for (std::size_t s = 0; s < first.size(); ++s) {
             if (block[s] != b) continue;
@@ -110,7 +111,7 @@ struct Scene {
         s.velocity_scale = 1;
         s.impulse_scale = 1;
         s.most_sweeps = 2000;
-        s.residual = 1e-9;
+        s.residual = s.accepted = 1e-9;
         return s;
     }
 
