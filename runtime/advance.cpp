@@ -415,7 +415,7 @@ Result<void> advance(Simulation::State& s, double h) {
         }
         // Asset colliders follow their bone.
         for (std::size_t i = s.settings.colliders.size(); i < s.solids.size(); ++i) {
-            const std::uint32_t bone = s.info.colliders[i - s.settings.colliders.size()].bone;
+            const std::uint32_t bone = asset_collider_bone(s.info, i - s.settings.colliders.size());
             s.collider_next[i] = s.bone_world[bone < s.bone_world.size() ? bone : 0];
         }
         const double wanted = 60.0 * h * s.plan.iterations;

@@ -30,4 +30,8 @@ RunShape run_shape(const AssetInfo& info, const AssetFields& fields, const Setti
 // Threads that a setting of 0 or more comes to.
 int thread_count(int wanted);
 
+// Colliders that the asset brings: its distance grid alone, or the fitted shapes.
+std::size_t asset_collider_count(const AssetInfo& info);
+std::uint32_t asset_collider_bone(const AssetInfo& info, std::size_t index);
+
 }  // namespace keratin

@@ -121,6 +121,15 @@ struct Need {
 
 }  // namespace
 
+std::size_t asset_collider_count(const AssetInfo& info) {
+    return info.distance_grid.stored_bricks > 0 ? 1 : info.colliders.size();
+}
+
+std::uint32_t asset_collider_bone(const AssetInfo& info, std::size_t index) {
+    return info.distance_grid.stored_bricks > 0 ? info.distance_grid.bone
+                                                : info.colliders[index].bone;
+}
+
 int thread_count(int wanted) { return wanted > 0 ? wanted : omp_get_max_threads(); }
 
 RunShape run_shape(const AssetInfo& info, const AssetFields& fields, const Settings& settings) {
@@ -136,7 +145,7 @@ RunShape run_shape(const AssetInfo& info, const AssetFields& fields, const Setti
     s.vertices = s.by_triangle ? info.vertex_count : 0;
     s.one_motion = !s.by_triangle && info.bones.empty();
     s.colliders = std::uint32_t(settings.colliders.size() +
-                                (settings.asset_colliders ? info.colliders.size() : 0));
+                                (settings.asset_colliders ? asset_collider_count(info) : 0));
     s.threads = std::uint32_t(thread_count(settings.threads));
     s.strands = std::uint32_t(std::floor(double(info.strand_count) * double(settings.lod) + 1e-6));
     s.points = s.strands == 0 ? 0 : fields.strand_first_point[s.strands];

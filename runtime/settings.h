@@ -93,7 +93,9 @@ struct Settings {
     bool tangents = false;  // also write unit tangents of the render strands (float)
 
     std::vector<Collider> colliders;
-    bool asset_colliders = true;  // take part; they move with the asset or its bones
+    // Colliders of the asset take part and move with it or its bones: its distance grid, or the
+    // fitted shapes where it has none.
+    bool asset_colliders = true;
     float asset_collider_friction = 0.3f;
     float asset_collider_distance = 0;  // m, as Collider::contact_distance
 

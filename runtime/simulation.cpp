@@ -328,7 +328,7 @@ void Simulation::teleport(Velocity velocity) {
         s.health.strands_teleported += carry_jumps(s, true, velocity);
         std::copy(s.root_end.span().begin(), s.root_end.span().end(), s.root_begin.data());
         for (std::size_t i = s.settings.colliders.size(); i < s.solids.size(); ++i) {
-            const std::uint32_t bone = s.info.colliders[i - s.settings.colliders.size()].bone;
+            const std::uint32_t bone = asset_collider_bone(s.info, i - s.settings.colliders.size());
             s.collider_next[i] = s.bone_world[bone < s.bone_world.size() ? bone : 0];
         }
         measure_quads(s);

@@ -58,6 +58,19 @@ ColliderShapeData shape_of(const Collider& c) {
     return s;
 }
 
+// The asset's own grid, read where it is mapped.
+ColliderShapeData stored_grid(const DistanceGridInfo& grid, const AssetFields& fields) {
+    ColliderShapeData s;
+    s.kind = ShapeKind::grid;
+    s.grid.distance = fields.grid_distance.data();
+    s.grid.brick = fields.grid_brick.data();
+    set3(s.grid.origin, grid.origin);
+    for (int c = 0; c < 3; ++c) s.grid.nodes[c] = grid.bricks[c] * kBrickCells + 1;
+    s.grid.spacing = grid.spacing;
+    s.grid.inverse_spacing = 1 / grid.spacing;
+    return s;
+}
+
 // Box around the shape in its own space, without the contact distance.
 void own_bounds(const ColliderShapeData& s, float low[3], float high[3]) {
     for (int c = 0; c < 3; ++c) {
@@ -159,14 +172,21 @@ void make_solids(Simulation::State& s) {
         out.distance = c.contact_distance > 0 ? c.contact_distance : radius;
     }
     if (!s.settings.asset_colliders) return;
-    for (const AssetCollider& c : s.info.colliders) {
-        ColliderShapeData& out = s.solids[i++];
-        out = capsule(c.a, c.b, c.radius);
+    const auto carried = [&](ColliderShapeData& out) {
         out.friction = s.settings.asset_collider_friction;
         out.distance =
             s.settings.asset_collider_distance > 0 ? s.settings.asset_collider_distance : radius;
         out.allows_rest_depth = 1;
         out.rest_to_own[0] = out.rest_to_own[4] = out.rest_to_own[8] = 1;
+    };
+    if (const DistanceGridInfo& grid = s.info.distance_grid; grid.stored_bricks > 0) {
+        s.solids[i] = stored_grid(grid, s.fields);
+        carried(s.solids[i]);
+        return;
+    }
+    for (const AssetCollider& c : s.info.colliders) {
+        s.solids[i] = capsule(c.a, c.b, c.radius);
+        carried(s.solids[i++]);
     }
 }
 

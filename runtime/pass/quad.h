@@ -55,6 +55,9 @@ struct ColliderPose {
 // A trilinear grid of distances (settings.h DistanceGrid).
 struct DistanceNodes {
     const float* distance = nullptr;
+    // A sparse grid: per brick of cells where its nodes stand (schema/layout.h). Null: all nodes, x
+    // fastest.
+    const std::uint32_t* brick = nullptr;
     float origin[3] = {};
     float inverse_spacing = 0, spacing = 0;
     std::uint32_t nodes[3] = {};

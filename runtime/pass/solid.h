@@ -20,8 +20,23 @@ inline float node_distance(const DistanceNodes& g, const float p[3], float norma
         cell[c] = s >= last ? g.nodes[c] - 2 : std::uint32_t(s);
         f[c] = s - float(cell[c]);
     }
-    const std::size_t nx = g.nodes[0], nxy = nx * g.nodes[1];
+    std::size_t nx = g.nodes[0], nxy = nx * g.nodes[1];
     const float* d = g.distance + cell[0] + nx * cell[1] + nxy * cell[2];
+    if (g.brick) {
+        constexpr std::uint32_t kSide = kBrickCells + 1;
+        const std::uint32_t bx = (g.nodes[0] - 1) / kBrickCells,
+                            by = (g.nodes[1] - 1) / kBrickCells;
+        const std::uint32_t brick =
+            g.brick[(cell[2] / kBrickCells * by + cell[1] / kBrickCells) * bx +
+                    cell[0] / kBrickCells];
+        if (brick == kNoBrick) {
+            normal[0] = 0, normal[1] = 1, normal[2] = 0;
+            return 1e9f;
+        }
+        nx = kSide, nxy = kSide * kSide;
+        d = g.distance + std::size_t{brick} * kBrickNodes + cell[0] % kBrickCells +
+            nx * (cell[1] % kBrickCells) + nxy * (cell[2] % kBrickCells);
+    }
     const auto mix = [](float a, float b, float s) { return a + (b - a) * s; };
     const float y00 = mix(d[0], d[1], f[0]), y10 = mix(d[nx], d[nx + 1], f[0]);
     const float y01 = mix(d[nxy], d[nxy + 1], f[0]), y11 = mix(d[nxy + nx], d[nxy + nx + 1], f[0]);
