@@ -11,7 +11,7 @@ namespace {
 
 // Rounds of push out and put back. On a convex surface of radius R each leaves about l / 2R of the
 // depth before, so four bring a millimetre under the float's rounding for hair on a head.
-constexpr int kRounds = 4;
+constexpr int kRounds = 16;
 
 void final_length_block(const Block& b, const SmallStep& step, const std::uint32_t* near,
                         std::uint32_t near_count) {
