@@ -12,7 +12,7 @@
 namespace keratin {
 namespace {
 
-constexpr double kDefaultCells = 64;  // along the longest side of the reachable body
+constexpr double kDefaultCells = 128;  // along the longest side of the reachable body
 constexpr std::uint32_t kMostBricks = 1u << 24;
 constexpr std::uint32_t kNodesPerSide = kBrickCells + 1;
 static_assert(kNodesPerSide * kNodesPerSide * kNodesPerSide == kBrickNodes);
@@ -56,6 +56,36 @@ struct Lattice {
                                               i / (kNodesPerSide * kNodesPerSide));
     }
 };
+
+// 1 for the bricks that some strand can reach: those that meet the ball of its length about its
+// root.
+std::vector<std::uint8_t> reachable_bricks(const Lattice& lattice, const Groom& groom) {
+    std::vector<std::uint8_t> out(lattice.brick_count());
+    const double side = lattice.spacing * kBrickCells, half_diagonal = 0.5 * std::sqrt(3.0) * side;
+    for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+        const auto points = groom.points(s);
+        const double reach = polyline_length(points) + half_diagonal;
+        const Vec3 root = (points.front() - lattice.origin) / side;
+        std::array<std::ptrdiff_t, 3> first, last;
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto count = static_cast<double>(lattice.bricks[axis]);
+            first[axis] = static_cast<std::ptrdiff_t>(
+                std::clamp(std::floor(root[axis] - reach / side), 0.0, count));
+            last[axis] = static_cast<std::ptrdiff_t>(
+                std::clamp(std::ceil(root[axis] + reach / side), 0.0, count));
+        }
+        for (std::ptrdiff_t z = first[2]; z < last[2]; ++z)
+            for (std::ptrdiff_t y = first[1]; y < last[1]; ++y)
+                for (std::ptrdiff_t x = first[0]; x < last[0]; ++x) {
+                    const Vec3 middle(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5,
+                                      static_cast<double>(z) + 0.5);
+                    if ((middle - root).norm() * side > reach) continue;
+                    out[static_cast<std::size_t>((z * lattice.bricks[1] + y) * lattice.bricks[0] +
+                                                 x)] = 1;
+                }
+    }
+    return out;
+}
 
 // Distance errors at the middle of the cells that the surface crosses.
 void measure_cells(const Lattice& lattice, std::size_t brick, const float* nodes,
@@ -124,7 +154,7 @@ Result<BakedDistanceGrid> make_distance_grid(const RawMesh& mesh, const Groom& g
     const auto brick_count = static_cast<std::ptrdiff_t>(lattice.brick_count());
     const double half = 0.5 * kBrickCells * spacing, half_diagonal = std::sqrt(3.0) * half,
                  band = std::sqrt(3.0) * spacing;
-    std::vector<std::uint8_t> needed(lattice.brick_count());
+    std::vector<std::uint8_t> needed = reachable_bricks(lattice, groom);
 #pragma omp parallel for schedule(dynamic, 64)
     for (std::ptrdiff_t b = 0; b < brick_count; ++b)
         needed[b] =
