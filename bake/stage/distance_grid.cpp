@@ -131,12 +131,12 @@ Result<BakedDistanceGrid> make_distance_grid(const RawMesh& mesh, const Groom& g
     const double spacing =
         static_cast<float>(recipe.distance_grid_spacing.value_or(longest / kDefaultCells));
 
-    // A margin of one cell, so that the surface of the box's sides is covered too.
-    Lattice lattice{
-        (box.min() - Vec3::Constant(spacing)).cast<float>().cast<double>(), spacing, {}};
+    const double around = spacing + recipe.distance_grid_margin;
+    // One cell more, so that the surface of the box's sides is covered too.
+    Lattice lattice{(box.min() - Vec3::Constant(around)).cast<float>().cast<double>(), spacing, {}};
     double bricks = 1;
     for (int axis = 0; axis < 3; ++axis) {
-        const double count = std::ceil((box.sizes()[axis] + 2 * spacing) / (spacing * kBrickCells));
+        const double count = std::ceil((box.sizes()[axis] + 2 * around) / (spacing * kBrickCells));
         lattice.bricks[axis] =
             static_cast<std::uint32_t>(std::min<double>(std::max(count, 1.0), kMostBricks));
         bricks *= std::max(count, 1.0);
@@ -153,7 +153,7 @@ Result<BakedDistanceGrid> make_distance_grid(const RawMesh& mesh, const Groom& g
     const MeshTree tree(mesh, all);
     const auto brick_count = static_cast<std::ptrdiff_t>(lattice.brick_count());
     const double half = 0.5 * kBrickCells * spacing, half_diagonal = std::sqrt(3.0) * half,
-                 band = std::sqrt(3.0) * spacing;
+                 band = std::sqrt(3.0) * spacing + recipe.distance_grid_margin;
     std::vector<std::uint8_t> needed = reachable_bricks(lattice, groom);
 #pragma omp parallel for schedule(dynamic, 64)
     for (std::ptrdiff_t b = 0; b < brick_count; ++b)
@@ -197,6 +197,8 @@ Result<BakedDistanceGrid> make_distance_grid(const RawMesh& mesh, const Groom& g
             tree.signed_distance(vertex)));
     }
     out.measured = {spacing, lattice.brick_count(), stored.size(), spread_of(std::move(errors))};
+    for (float& distance : out.distance)
+        distance -= static_cast<float>(recipe.distance_grid_margin);
     if (stored.empty()) {
         out.brick.clear();
         return out;

@@ -22,6 +22,7 @@ BakeReport::Inside find_inside(const GrowthSurfaces& surfaces, const Recipe& rec
     out.depth = kInsideDepth;
     if (surfaces.trees.empty()) return out;
     const std::size_t n = groom.strand_count();
+    const double margin = recipe.distance_grid_margin;
     std::vector<double> deepest(n, 0);
     std::vector<std::uint32_t> points(n, 0), pushed(n, 0);
 #pragma omp parallel for schedule(dynamic, 64)
@@ -29,13 +30,20 @@ BakeReport::Inside find_inside(const GrowthSurfaces& surfaces, const Recipe& rec
         const MeshTree& tree = *surfaces.of_source[groom.source[s]];
         const auto strand = groom.points(s);
         for (std::size_t p = 0; p < strand.size(); ++p) {
-            if (!tree.inside(strand[p])) continue;
+            const bool inside = tree.inside(strand[p]);
+            if (!inside && !(recipe.push_out && p > 0 && margin > 0)) continue;
             const NearestTriangle near = tree.nearest(strand[p]);
-            deepest[s] = std::max(deepest[s], near.at.distance);
-            points[s] += near.at.distance > kInsideDepth;
+            if (inside) {
+                deepest[s] = std::max(deepest[s], near.at.distance);
+                points[s] += near.at.distance > kInsideDepth;
+            }
             if (!recipe.push_out || p == 0) continue;
-            const Vec3 normal = triangle_normal(tree.mesh(), near.triangle);
-            strand[p] = near.at.point + kClearance * normal;
+            if (!inside && near.at.distance >= margin) continue;
+            const Vec3 away = strand[p] - near.at.point;
+            const bool on_surface = near.at.distance < kClearance;
+            const Vec3 normal = inside || on_surface ? triangle_normal(tree.mesh(), near.triangle)
+                                                     : Vec3(away / near.at.distance);
+            strand[p] = near.at.point + std::max(kClearance, margin) * normal;
             ++pushed[s];
         }
     }

@@ -210,6 +210,7 @@ Result<Recipe> parse_recipe(const std::string& text, const std::string& name,
     if (const fb::DistanceGrid* grid = in.distance_grid()) {
         out.distance_grid = true;
         if (grid->spacing()) out.distance_grid_spacing = *grid->spacing();
+        if (grid->margin()) out.distance_grid_margin = *grid->margin();
     }
     if (auto ok = check_together(json, out); !ok) return ok.error();
     out.defaulted = defaulted_fields(in);

@@ -56,6 +56,7 @@ struct Recipe {
     bool push_out = false;
     bool distance_grid = false;                   // store signed distances to the mesh
     std::optional<double> distance_grid_spacing;  // m; absent: from the size of the body
+    double distance_grid_margin = 0;              // m, by which hair is kept off the mesh
     // Fields that the recipe left to their default, as paths, for --explain.
     std::vector<std::string> defaulted;
 };
