@@ -11,6 +11,8 @@ void run_gltf(std::string_view bytes);
 void run_hair(std::string_view bytes);
 void run_obj_curves(std::string_view bytes);
 void run_obj_mesh(std::string_view bytes);
+void run_open_asset(std::string_view bytes);
+void run_step_asset(std::string_view bytes);
 void run_tfx(std::string_view bytes);
 void run_tfxbone(std::string_view bytes);
 void run_tfxskin(std::string_view bytes);

@@ -23,8 +23,9 @@ struct Reader {
 
 constexpr Reader kReaders[] = {
     {"alembic", run_alembic},       {"gltf", run_gltf},         {"hair", run_hair},
-    {"obj_curves", run_obj_curves}, {"obj_mesh", run_obj_mesh}, {"tfx", run_tfx},
-    {"tfxbone", run_tfxbone},       {"tfxskin", run_tfxskin},   {"usc_data", run_usc_data}};
+    {"obj_curves", run_obj_curves}, {"obj_mesh", run_obj_mesh}, {"open_asset", run_open_asset},
+    {"step_asset", run_step_asset}, {"tfx", run_tfx},           {"tfxbone", run_tfxbone},
+    {"tfxskin", run_tfxskin},       {"usc_data", run_usc_data}};
 
 constexpr int kDamagedCopies = 3000;
 constexpr std::size_t kMaxSize = 40000;
