@@ -1,12 +1,8 @@
 #include "tests/tools/diff/full_asset.h"
 
-#include "bake/write.h"
 #include "tests/schema/small_asset.h"
 
-#include <catch2/catch.hpp>
-
 #include <algorithm>
-#include <cstring>
 #include <numeric>
 
 namespace keratin::test {
@@ -63,17 +59,6 @@ FullAsset full_asset() {
             a.strand_fraction.push_back(fraction);
     }
     return a;
-}
-
-OpenAsset::OpenAsset(const FullAsset& asset) {
-    const auto bytes = serialise_asset(asset.info, asset.fields(), "test.kera");
-    if (!bytes) FAIL(to_string(bytes.error()));
-    blocks_.resize(bytes->size() / sizeof(Block) + 1);
-    auto* begin = reinterpret_cast<std::byte*>(blocks_.data());
-    std::copy(bytes->begin(), bytes->end(), begin);
-    auto view = AssetView::from_memory({begin, bytes->size()}, "test.kera");
-    if (!view) FAIL(to_string(view.error()));
-    view_ = std::make_unique<AssetView>(std::move(*view));
 }
 
 namespace {
