@@ -142,6 +142,16 @@ void pose(const ColliderShapeData& shape, const RigidTransform& before, const Ri
     out.from_place[0] = float(shift.x), out.from_place[1] = float(shift.y);
     out.from_place[2] = float(shift.z);
 
+    for (int r = 0; r < 3; ++r) {
+        double start = (r == 0 ? place.x : r == 1 ? place.y : place.z), way = 0;
+        for (int c = 0; c < 3; ++c) {
+            start += m[r * 3 + c] * double(shape.a[c]);
+            way += m[r * 3 + c] * double(shape.b[c]);
+        }
+        out.core[r] = float(start);
+        out.core_way[r] = float(way);
+    }
+
     float low[3] = {}, high[3] = {};
     own_bounds(shape, low, high);
     for (int c = 0; c < 3; ++c) {

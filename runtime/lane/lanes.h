@@ -120,7 +120,7 @@ using Lanes = typename detail::PackOf<kLanes>::type;
 
 // What the strand passes work on at a time: as many lanes as keep four native vectors in flight.
 #if defined(__AVX512F__)
-inline constexpr int kWorkLanes = 64;
+inline constexpr int kWorkLanes = 32;
 #elif defined(__AVX2__)
 inline constexpr int kWorkLanes = 32;
 #else

@@ -47,8 +47,9 @@ struct ColliderPose {
     // from_place.
     float from_now[9];
     float from_place[3];
-    // World bounds of the surface plus its contact distance, at the start and end of the small
-    // step.
+    // A capsule's core in the world, so that it needs no change of space: start and extent.
+    float core[3], core_way[3];
+    // World bounds of the surface plus its contact distance.
     float bounds_min[3], bounds_max[3];
 };
 

@@ -94,15 +94,15 @@ template <ShapeKind kind>
 KERATIN_ALWAYS_INLINE Work depth_in(const ColliderShapeData& s, const ColliderPose& pose,
                                     const Block& b, std::size_t row, const Work3& x,
                                     Work3& normal) {
-    const Work3 own = times(pose.to_own, x - splat(pose.place));
-    Work3 own_normal;
-    const Work distance = own_distance<kind>(s, own, own_normal);
+    Work distance;
+    if constexpr (kind == ShapeKind::capsule)
+        distance = capsule_distance(x, splat(pose.core), splat(pose.core_way),
+                                    Work(s.inverse_square), Work(s.radius), normal);
+    else
+        distance = own_distance<kind>(s, times(pose.to_own, x - splat(pose.place)), normal);
     const Work depth = Work(s.distance) - distance;
-    if (!any(Work(0.0f) < depth)) {
-        normal = own_normal;
-        return depth;
-    }
-    normal = transposed_times(pose.to_own, own_normal);
+    if (!any(Work(0.0f) < depth)) return depth;
+    if constexpr (kind != ShapeKind::capsule) normal = transposed_times(pose.to_own, normal);
     return kept_distance<kind>(s, b, row) - distance;
 }
 

@@ -68,6 +68,31 @@ std::vector<Line> hair_on_sphere(std::uint32_t count, std::uint32_t points, doub
     return lines;
 }
 
+Groom thick_groom(std::uint32_t guides, std::uint32_t points, std::uint32_t strands_per_guide,
+                  GroomOptions options) {
+    // Guides sorted along a Morton curve over their roots, as a bake sorts them: tiles are compact.
+    std::vector<Line> lines = hair_on_sphere(guides, points, 0.08, 0.25, 0.003);
+    const auto key = [](const Line& line) {
+        std::uint64_t code = 0;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const auto v = std::uint64_t((line[0][c] + 0.1) * 5000) & 1023;
+            for (std::uint64_t b = 0; b < 10; ++b) code |= (v >> b & 1) << (3 * b + c);
+        }
+        return code;
+    };
+    std::ranges::stable_sort(lines, {}, key);
+    std::vector<Line> all;
+    for (std::uint32_t g = 0; g < guides; ++g)
+        for (std::uint32_t k = 0; k < strands_per_guide; ++k) {
+            Line line = lines[g];
+            for (Point& p : line) p[0] += 0.0002 * k, p[2] -= 0.0001 * k;
+            all.push_back(std::move(line));
+        }
+    options.guide_every = strands_per_guide;
+    options.guides_in_a_row = true;
+    return make_groom(all, options);
+}
+
 Groom make_groom(std::span<const Line> strands, const GroomOptions& options) {
     Groom g;
     AssetInfo& info = g.info;
@@ -198,7 +223,11 @@ Groom make_groom(std::span<const Line> strands, const GroomOptions& options) {
             std::uint32_t lane;
         };
         std::vector<Near> near;
-        if (s % options.guide_every == 0) {
+        if (options.guides_in_a_row) {
+            const std::uint32_t own = s / options.guide_every;
+            for (std::uint32_t k = 0; k < 3; ++k)
+                near.push_back({1.0 + k, std::min(own + k, std::uint32_t(guides.size()) - 1)});
+        } else if (s % options.guide_every == 0) {
             const auto lane = std::uint32_t(std::ranges::find(guides, s) - guides.begin());
             near.assign(3, Near{1, lane});
             near[0].distance = 0;

@@ -34,6 +34,9 @@ struct GroomOptions {
     bool density = false;    // store a density of the groom at rest
     bool fractions = false;  // store the arc-length fractions
     std::vector<AssetCollider> colliders;
+    // The three guides of a strand are its own and the next two in the order given, not the
+    // nearest: for large grooms whose order is spatial already.
+    bool guides_in_a_row = false;
 };
 
 // Owns the vectors that `fields` points into; can be moved, not copied.
@@ -64,5 +67,10 @@ Line straight_line(const Point& root, const Point& direction, double length, std
 // turns.
 std::vector<Line> hair_on_sphere(std::uint32_t count, std::uint32_t points, double radius,
                                  double length, double curl);
+
+// A head of hair as a bake would order it: guides on a sphere of 8 cm, 25 cm long, sorted so that
+// tiles are compact; strands_per_guide render strands each, the first of them the guide itself.
+Groom thick_groom(std::uint32_t guides, std::uint32_t points, std::uint32_t strands_per_guide,
+                  GroomOptions options);
 
 }  // namespace keratin::scenes
