@@ -59,7 +59,7 @@ double crowded(const Simulation& s) {
 
 }  // namespace
 
-TEST_CASE("friction lowers the relative speed of neighbours by a third at least") {
+TEST_CASE("friction lowers the relative speed of neighbours by a third at least", "[acts]") {
     scenes::GroomOptions options;
     options.group.strand.friction = {0.4f};
     const scenes::Groom groom = head(128, 12, 0.25, options);
@@ -76,7 +76,7 @@ TEST_CASE("friction lowers the relative speed of neighbours by a third at least"
     CHECK(with < 0.67 * without);
 }
 
-TEST_CASE("volume preservation thins out crowded voxels by a tenth at least") {
+TEST_CASE("volume preservation thins out crowded voxels by a tenth at least", "[acts]") {
     scenes::GroomOptions options;
     options.group.strand.volume = {2.0f};
     const scenes::Groom groom = head(256, 12, 0.25, options);
@@ -92,7 +92,7 @@ TEST_CASE("volume preservation thins out crowded voxels by a tenth at least") {
     CHECK(with < 0.9 * without);
 }
 
-TEST_CASE("local shape keeps stiff hair twice as near to the groomed pose") {
+TEST_CASE("local shape keeps stiff hair twice as near to the groomed pose", "[acts]") {
     scenes::GroomOptions options;
     options.group.material.radius = options.group.material.radius2 = 1e-4f;
     const scenes::Groom groom = head(64, 12, 0.1, options);
@@ -108,7 +108,7 @@ TEST_CASE("local shape keeps stiff hair twice as near to the groomed pose") {
     CHECK(with < 0.5 * without);
 }
 
-TEST_CASE("stretch and global length keep what free points lose") {
+TEST_CASE("stretch and global length keep what free points lose", "[acts]") {
     const scenes::Groom groom = head(64, 12, 0.25);
     const auto worst = [&](bool tension, bool global) {
         Settings settings = single_thread();
@@ -127,7 +127,7 @@ TEST_CASE("stretch and global length keep what free points lose") {
     CHECK(both < 1e-4);
 }
 
-TEST_CASE("tension carries the motion that pulling to the parent alone would lose") {
+TEST_CASE("tension carries the motion that pulling to the parent alone would lose", "[acts]") {
     // With the lengths kept by pulls alone the parents feel nothing of what hangs on them: the tips
     // move another way.
     const scenes::Groom groom = head(64, 12, 0.25);
@@ -143,7 +143,7 @@ TEST_CASE("tension carries the motion that pulling to the parent alone would los
     CHECK(far > 0.02);
 }
 
-TEST_CASE("without collision hair falls through the head") {
+TEST_CASE("without collision hair falls through the head", "[acts]") {
     scenes::GroomOptions options;
     options.colliders = {{{0, 0, 0}, {0, 0, 0}, 0.098f, 0}};
     const scenes::Groom groom = head(64, 12, 0.25, options);
@@ -165,7 +165,7 @@ TEST_CASE("without collision hair falls through the head") {
     CHECK(depth(false) > 0.02);
 }
 
-TEST_CASE("interpolation gives back the groom at rest, which its guides alone do not") {
+TEST_CASE("interpolation gives back the groom at rest, which its guides alone do not", "[acts]") {
     scenes::GroomOptions options;
     options.guide_every = 8;
     const scenes::Groom groom = head(256, 12, 0.2, options);
@@ -190,7 +190,7 @@ TEST_CASE("interpolation gives back the groom at rest, which its guides alone do
     CHECK(guides_only > 0.005);
 }
 
-TEST_CASE("wind blows hair along, by its response, and turbulence differs by place and seed") {
+TEST_CASE("wind blows hair along, by its response, and turbulence differs by place and seed", "[acts]") {
     scenes::GroomOptions options;
     options.group.strand.wind_response = {0.2f};
     const scenes::Groom groom = head(64, 12, 0.2, options);
@@ -220,7 +220,7 @@ TEST_CASE("wind blows hair along, by its response, and turbulence differs by pla
     CHECK(hash(0, 0.5f, 3) != hash(0, 0, 3));
 }
 
-TEST_CASE("damping takes the stated share of the speed") {
+TEST_CASE("damping takes the stated share of the speed", "[acts]") {
     scenes::GroomOptions options;
     options.group.strand.damping = {0.1f};
     Settings settings = single_thread();
