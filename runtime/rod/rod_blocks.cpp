@@ -31,6 +31,15 @@ double joint_length(const RodShape& shape, std::size_t i) {
     return (shape.rest_length[i - 1] + shape.rest_length[i]) / 2;
 }
 
+// (phi/omega)^2 of a rest bend by the angle phi, omega = 2 tan(phi/2) being what the energies measure.
+// With it the strain of a curved rod counts in angle, as its stiffness does.
+double angle_over_omega_square(const std::array<double, 5>& rest) {
+    const double half = std::hypot(rest[0], rest[1]) / 2;  // tan(phi/2)
+    if (half < 1e-8) return 1;
+    const double ratio = std::atan(half) / half;
+    return ratio * ratio;
+}
+
 }  // namespace
 
 void AlignedDoubles::Free::operator()(double* p) const {
@@ -78,12 +87,17 @@ void rest_from_points(std::span<const Double3> points, RodShape& shape) {
 
 void rest_from_curvature(const std::array<double, 2>& curvature, double twist, RodShape& shape) {
     shape.rest.assign(shape.rest_length.size() + 1, {0, 0, 0, 0, 0});
+    const Double3 darboux{curvature[0], curvature[1], twist};
     for (std::size_t i = 0; i < shape.rest.size(); ++i) {
+        // the frame of the edge before, and that frame turned by the curve's own turn over the joint
         const double l = joint_length(shape, i);
-        const double w1 = l * curvature[1], w2 = -l * curvature[0], half = l * twist / 2;
-        const double c = std::cos(half), s = std::sin(half);
-        shape.rest[i] = {c * w1 - s * w2, s * w1 + c * w2, c * w1 + s * w2, c * w2 - s * w1,
-                         l * twist};
+        const Double3 t{0, 0, 1}, m1{1, 0, 0};
+        const Double3 u = turned(scaled(l, darboux), t), d = turned(scaled(l, darboux), m1);
+        const auto j = make_joint(vec(t), Double1(1), material_directors(vec(t), vec(m1), Double1(0)), vec(u),
+                                  Double1(1), material_directors(vec(u), vec(d), Double1(0)));
+        const Vec carry = transport(vec(t), vec(u), vec(m1));
+        shape.rest[i] = {j.w1_before.v, j.w2_before.v, j.w1_after.v, j.w2_after.v,
+                         turn_near(carry, vec(d), vec(u), Double1(l * twist)).v};
     }
 }
 
@@ -195,9 +209,10 @@ void write_strand(RodBlocks& b, std::size_t s, const RodScales& scales) {
         }
         const double l = joint_length(shape, i);
         const double per = l > 0 ? 1 / l : 0;
-        b.joints[b.joint_index(s, i, 0)] = bend1 * per / 2;
-        b.joints[b.joint_index(s, i, 1)] = bend2 * per / 2;
-        b.joints[b.joint_index(s, i, 2)] = twist * per;
+        const double per_length = per * angle_over_omega_square(shape.rest[i]);
+        b.joints[b.joint_index(s, i, 0)] = bend1 * per_length / 2;
+        b.joints[b.joint_index(s, i, 1)] = bend2 * per_length / 2;
+        b.joints[b.joint_index(s, i, 2)] = twist * per_length;
         for (std::size_t c = 0; c < 5; ++c)
             b.joints[b.joint_index(s, i, 3 + c)] = shape.rest[i][c];
     }

@@ -116,7 +116,14 @@ struct RodBlocks {
 // Rest omega, twist of every joint from rest points (METHODS §2.2, rest state): Bishop frames from
 // the root's clamp, or from `director` on the first edge.
 void rest_from_points(std::span<const Double3> points, RodShape& shape);
-// The same from natural curvature and twist, 1/m.
+// The same from natural curvature and twist, 1/m: what a joint of a curve of constant curvature and
+// twist shows between the middles of its edges.
+//
+// Deviation from METHODS §2.2, which takes omega = l (u_2, -u_1), tau = l u_3: the two agree to second
+// order in l, but this one is exact at any bend (a helix of 20 edges: tip error 0.0025 L, not 0.030 L).
+// As omega = 2 tan(phi/2) grows faster than the angle phi, write_strand divides the stiffness of a
+// joint with a rest bend by (omega/phi)^2: again second order, and it keeps the bend-twist thresholds
+// and the equilibria of curls within tolerance at 20 edges (keratin-report validate).
 void rest_from_curvature(const std::array<double, 2>& curvature, double twist, RodShape& shape);
 
 // Lays out strands that have been checked; ends that clamp need their directions (fill_end_frames).

@@ -431,7 +431,8 @@ SettleReport RodSimulation::settle(const SettleOptions& options) {
     double h = options.first_step;
     m.settings.newton = RodNewton::full;
     m.settings.halvings = 0;
-    constexpr double kLongest = 1e3;  // s: inertia counts no more
+    // s: from kEnough on inertia hides nothing but what is barely unstable
+    constexpr double kLongest = 1e3, kEnough = 1;
     for (std::uint32_t k = 0; k < options.steps; ++k) {
         std::copy_n(b.x.data(), b.x.size(), before.data());
         stand();
@@ -446,7 +447,7 @@ SettleReport RodSimulation::settle(const SettleOptions& options) {
                     report.last_movement = std::max(report.last_movement, d);
                 }
         const bool clean = step.at_cap == 0 && step.indefinite == 0;
-        if (clean && h >= 1 && report.last_movement <= options.tolerance) {
+        if (clean && h >= kEnough && report.last_movement <= options.tolerance) {
             report.settled = true;
             break;
         }

@@ -70,7 +70,7 @@ struct RodConvergence {
 };
 
 struct SettleOptions {
-    double tolerance = 1e-10;        // m: largest movement of a point in a step of a second and more
+    double tolerance = 1e-10;        // m: largest movement of a point in a step of a second or more
     std::uint32_t steps = 400;       // at most
     double first_step = 1e-3;        // s
     double perturbation = 0;         // m: random displacement of the free points at the start
