@@ -155,10 +155,13 @@ Result<BakedDistanceGrid> make_distance_grid(const RawMesh& mesh, const Groom& g
     const double half = 0.5 * kBrickCells * spacing, half_diagonal = std::sqrt(3.0) * half,
                  band = std::sqrt(3.0) * spacing + recipe.distance_grid_margin;
     std::vector<std::uint8_t> needed = reachable_bricks(lattice, groom);
+    std::vector<double> middle(lattice.brick_count());
 #pragma omp parallel for schedule(dynamic, 64)
-    for (std::ptrdiff_t b = 0; b < brick_count; ++b)
-        needed[b] =
-            tree.signed_distance(lattice.corner(b) + Vec3::Constant(half)) < half_diagonal + band;
+    for (std::ptrdiff_t b = 0; b < brick_count; ++b) {
+        if (!needed[b]) continue;
+        middle[b] = tree.signed_distance(lattice.corner(b) + Vec3::Constant(half));
+        needed[b] = middle[b] < half_diagonal + band;
+    }
 
     std::vector<std::uint32_t> stored;
     out.brick.assign(lattice.brick_count(), kNoBrick);
@@ -172,8 +175,15 @@ Result<BakedDistanceGrid> make_distance_grid(const RawMesh& mesh, const Groom& g
 #pragma omp parallel for schedule(dynamic, 16)
     for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(stored.size()); ++i) {
         float* nodes = out.distance.data() + i * kBrickNodes;
-        for (std::uint32_t n = 0; n < kBrickNodes; ++n)
-            nodes[n] = static_cast<float>(tree.signed_distance(lattice.node(stored[i], n)));
+        // The surface does not cross a brick whose middle is farther from it than its corners.
+        const double to_middle = middle[stored[i]];
+        const bool crossed = std::abs(to_middle) < half_diagonal * (1 + 1e-9);
+        for (std::uint32_t n = 0; n < kBrickNodes; ++n) {
+            const Vec3 node = lattice.node(stored[i], n);
+            nodes[n] = static_cast<float>(
+                crossed ? tree.signed_distance(node)
+                        : std::copysign(tree.nearest(node).at.distance, to_middle));
+        }
         measure_cells(lattice, stored[i], nodes, tree, cell_errors[i]);
     }
 
