@@ -1,7 +1,9 @@
 """The main job: real hair from file to picture."""
 
+import json
 import re
 import struct
+import time
 
 from acceptance.demand import at_least, at_most, demand, equal_to
 
@@ -12,7 +14,6 @@ def demo(work):
 
 def stats(work, name):
     demo(work)
-    import json
     return json.loads((work.folder / "demo" / f"{name}.stats.json").read_text())
 
 
@@ -22,7 +23,6 @@ def every(work, field):
 
 @demand("the demo takes at most 5 minutes once the packages are there", at_most(300, "s"))
 def _(work):
-    import time
     start = time.monotonic()
     demo(work)
     return time.monotonic() - start
@@ -69,8 +69,7 @@ def _(work):
     hashes = set()
     for threads in (1, 2):
         work.run(f"keratin-run {folder}/head_shake.json --frames 60 --threads {threads} --stats {work.path('threads.json')}")
-        import json
-        hashes.add(json.loads((work.folder / "threads.json").read_text())["hash"])
+            hashes.add(json.loads((work.folder / "threads.json").read_text())["hash"])
     return len(hashes)
 
 
@@ -86,9 +85,7 @@ def _(work):
 
 @demand("the bake prints how far fitted colliders stand from the scalp (p95, m)", at_most(0.003, "m"))
 def _(work):
-    recipe = (work.root / "data/ponytail/head.json").read_text()
-    recipe = re.sub(r'"push_out".*\n.*"distance_grid".*', '"colliders": "fit"', recipe).replace("../tressfx", str(work.root / "data/tressfx"))
-    report = work.json(f"keratin-bake {work.write('fit.json', recipe)} -o {work.path('fit.kera')} --json")
+    report = work.json(f"keratin-bake data/ponytail/fitted.json -o {work.path('fit.kera')} --json")
     return report["colliders"]["outside_mesh"]["p95"]
 
 
