@@ -69,7 +69,7 @@ def _(work):
     hashes = set()
     for threads in (1, 2):
         work.run(f"keratin-run {folder}/head_shake.json --frames 60 --threads {threads} --stats {work.path('threads.json')}")
-            hashes.add(json.loads((work.folder / "threads.json").read_text())["hash"])
+        hashes.add(json.loads((work.folder / "threads.json").read_text())["hash"])
     return len(hashes)
 
 
@@ -155,7 +155,7 @@ def recipe(text):
 
 nan = float("nan")
 bad_input("truncated file", [r"bad\.tfx", "cut"], curves(tfx(GOOD)[:-40], ".tfx"))
-bad_input("NaN", [r"bad\.tfx", "strand 0", "point 2"], curves(tfx([[(0, 0, 0), (0, 1, 0), (nan, 2, 0)]]), ".tfx"))
+bad_input("NaN", [r"bad\.tfx", "curve 0", "point 2"], curves(tfx([[(0, 0, 0), (0, 1, 0), (nan, 2, 0)]]), ".tfx"))
 bad_input("one-point strand", [r"bad\.tfx", "1 points"], curves(tfx([[(0, 0, 0)]]), ".tfx"))
 bad_input("zero-length strand", [r"bad\.tfx", "strand"], curves(tfx([[(1, 1, 1)] * 4]), ".tfx"))
 bad_input("unsorted knots", [r"bad\.obj", "knot"], curves(NURBS.format(rat="", knots="0 0 0 0 1 1 .5 1"), ".obj"))
