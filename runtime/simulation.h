@@ -48,7 +48,8 @@ struct StrandView {
     std::span<const float> uv;           // [strands * 2]; empty without
     std::span<const std::uint32_t> id;   // [strands]
     std::array<float, 3> half_center{};  // m, relative to the origin
-    std::uint32_t strand_count = 0;      // of this level of detail; the spans hold all
+    std::uint32_t strand_count = 0;      // of this level of detail, 0 when none are interpolated; the
+                                         // spans hold all
     float width_scale = 1;               // keeps the covered area when fewer are drawn
     std::array<float, 3> bounds_min{}, bounds_max{};  // m, relative to the origin; of the guides
                                                       // and what they carry

@@ -165,6 +165,16 @@ TEST_CASE("without collision hair falls through the head", "[acts]") {
     CHECK(depth(false) > 0.02);
 }
 
+TEST_CASE("without interpolation there are no render strands to read") {
+    const scenes::Groom groom = head(256, 12, 0.2, {});
+    Settings settings = single_thread();
+    settings.passes.interpolation = false;
+    Simulation s = made(groom, settings);
+    REQUIRE(s.step(1.0 / 60));
+    CHECK(s.strands().strand_count == 0);
+    CHECK(s.strands().position.empty());
+}
+
 TEST_CASE("interpolation gives back the groom at rest, which its guides alone do not", "[acts]") {
     scenes::GroomOptions options;
     options.guide_every = 8;
