@@ -7,6 +7,7 @@
 namespace keratin::bench {
 
 void strand_section(Report& report);
+void rod_section(Report& report);
 
 struct Section {
     const char* name;
@@ -16,6 +17,9 @@ struct Section {
 
 inline constexpr Section kSections[] = {
     {"strand", "the strand solver: constraints, grid, interpolation, whole frames", strand_section},
+#ifdef KERATIN_WITH_ROD
+    {"rod", "the rod solver without contact: quasi-Newton steps", rod_section},
+#endif
 };
 
 }  // namespace keratin::bench

@@ -1,0 +1,130 @@
+// Speed of the rod solver without contact.
+#include "runtime/rod/rod_simulation.h"
+#include "tools/keratin-bench/sections.h"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace keratin::bench {
+
+namespace {
+
+// Strands from the upper half of a sphere, radial, spread over a golden spiral.
+std::vector<RodStrand> hair(std::size_t strands, std::size_t vertices) {
+    std::vector<RodStrand> all(strands);
+    for (std::size_t s = 0; s < strands; ++s) {
+        const double up = (static_cast<double>(s) + 0.5) / static_cast<double>(strands);
+        const double turn = 2.399963229728653 * static_cast<double>(s),
+                     flat = std::sqrt(1 - up * up);
+        const Double3 d{flat * std::cos(turn), up, flat * std::sin(turn)};
+        for (std::size_t i = 0; i < vertices; ++i) {
+            const double r =
+                0.15 + 0.2 * static_cast<double>(i) / static_cast<double>(vertices - 1);
+            all[s].points.push_back({r * d[0], r * d[1], r * d[2]});
+        }
+        all[s].material.youngs_modulus = 8e8;
+        all[s].material.poisson_ratio = 0.36;
+        all[s].material.density = 1320;
+        all[s].natural_curvature = {{2, 5}};
+    }
+    return all;
+}
+
+RodSimulation simulate(const std::vector<RodStrand>& strands, const RodSettings& settings) {
+    auto rods = RodSimulation::create(strands, settings);
+    if (!rods) throw std::runtime_error(to_string(rods.error()));
+    return std::move(*rods);
+}
+
+struct StepTime {
+    Timing time;
+    double iterations = 0;  // of Newton's method, mean over the strands
+};
+
+// One 1 ms step from a given state, cut off after `iterations` quasi-Newton iterations; putting the
+// state back is part of the work.
+StepTime step_time(const Options& options, const std::vector<RodStrand>& strands,
+                   const std::vector<std::byte>& state, RodSettings settings,
+                   std::uint32_t iterations) {
+    settings.iterations = iterations;
+    settings.tolerance = 0;
+    RodSimulation rods = simulate(strands, settings);
+    StepTime out;
+    out.time = best_of(options, settings.threads, [&] {
+        (void)rods.restore(state);
+        const auto report = rods.step(1e-3);
+        out.iterations =
+            static_cast<double>(report->iterations) / static_cast<double>(strands.size());
+    });
+    return out;
+}
+
+// A step of 20 iterations: strands converge to rounding before that many, so one step cut off after
+// 2 iterations and one after 6 give the cost of an iteration.
+struct TwentyIterations {
+    double seconds = 0, utilisation = 1;
+};
+TwentyIterations twenty(const Options& options, std::size_t strand_count, std::size_t vertices,
+                        int threads, InstructionSet set) {
+    const std::vector<RodStrand> strands = hair(strand_count, vertices);
+    RodSettings settings;
+    settings.threads = threads;
+    settings.instruction_set = set;
+    settings.halvings = 0;
+    // after a few steps of falling they bend and twist everywhere
+    RodSimulation rods = simulate(strands, settings);
+    for (int k = 0; k < 10; ++k) (void)rods.step(1e-3);
+    const std::vector<std::byte> state = rods.save();
+    const StepTime few = step_time(options, strands, state, settings, 2);
+    const StepTime more = step_time(options, strands, state, settings, 6);
+    const double each = (more.time.seconds - few.time.seconds) / (more.iterations - few.iterations);
+    return {few.time.seconds + (20 - few.iterations) * each, more.time.utilisation};
+}
+
+std::string row_name(std::size_t strands, std::size_t vertices) {
+    return "rod step, " + std::to_string(strands) + " strands x " + std::to_string(vertices) +
+           " vertices, 20 quasi-Newton iterations";
+}
+
+}  // namespace
+
+void rod_section(Report& report) {
+    // The slow reference, the same code without SIMD, takes a share of the strands.
+    constexpr std::size_t kShare = 5;
+    const Options& options = report.options;
+    const double scalar =
+        kShare * twenty(options, 1000 / kShare, 40, 1, InstructionSet::baseline).seconds;
+    const auto add = [&](std::size_t strands, std::size_t vertices, int threads) {
+        const TwentyIterations t =
+            twenty(options, strands, vertices, threads, InstructionSet::automatic);
+        Row row;
+        row.name = row_name(strands, vertices);
+        row.value = 1e3 * t.seconds;
+        row.unit = "ms";
+        row.absolute = true;
+        row.threads = threads;
+        row.utilisation = t.utilisation;
+        report.rows.push_back(row);
+        return t.seconds;
+    };
+    for (const int threads : {1, 2}) {
+        if (options.threads > 0 && threads != options.threads) continue;
+        const double seconds = add(1000, 40, threads);
+        Row& row = report.rows.back();
+        row.target = threads == 1 ? 36 : 19;
+        if (threads > 1) continue;
+        row.ratio_to_reference = scalar / seconds;
+        Row ratio;
+        ratio.name = row.name + ": times faster than its scalar build";
+        ratio.value = scalar / seconds;
+        ratio.unit = "x";
+        ratio.target = 6.5;
+        ratio.smaller_is_better = false;
+        report.rows.push_back(ratio);
+    }
+    if (options.quick) return;
+    for (const std::size_t strands : {250, 1000, 4000, 16000}) add(strands, 10, 1);
+    for (const std::size_t vertices : {10, 40, 160}) add(250, vertices, 1);
+}
+
+}  // namespace keratin::bench
