@@ -439,7 +439,10 @@ Result<void> advance(Simulation::State& s, double h) {
         }
         const double wanted = 60.0 * h * s.plan.iterations;
         auto n = std::max(1u, std::uint32_t(std::ceil(wanted - 1e-6)));
-        if (s.plan.has(PassId::collide)) n = std::max(n, steps_for_solids(s));
+        double thrown = 0;
+        if (s.plan.has(PassId::collide))
+            if (const SolidSteps solid = steps_for_solids(s); solid.count > n)
+                n = solid.count, thrown = solid.way;
         const double small = h / n;
         if (s.first_step) s.previous_step = small;
 
@@ -465,6 +468,7 @@ Result<void> advance(Simulation::State& s, double h) {
                     float(s.first_step && first + i == 0 ? small * small / 2
                                                          : small * (small + before) / 2);
                 step.inverse_step = float(1 / small);
+                step.thrown = float(thrown / n);
                 step.inverse_previous = float(1 / before);
                 for (int c = 0; c < 3; ++c) step.gravity[c] = s.settings.gravity[c];
                 wind_at(s, s.time + h * (first + i + 0.5) / n, step);

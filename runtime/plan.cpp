@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <omp.h>
+#include <utility>
 
 namespace keratin {
 
@@ -73,6 +75,58 @@ Result<void> check_collider(const Collider& c, const std::string& where) {
     return positive(grid->spacing, "grid.spacing");
 }
 
+// What a material must be for the solver; an asset file was held to it when it was opened.
+Result<void> check_groups(const AssetInfo& info) {
+    for (std::size_t i = 0; i < info.groups.size(); ++i) {
+        const Material& m = info.groups[i].material;
+        const std::string where = "groups[" + std::to_string(i) + "].material.";
+        const std::pair<const char*, float> positive[] = {
+            {"radius", m.radius}, {"radius2", m.radius2}, {"density", m.density}};
+        for (const auto& [name, value] : positive)
+            if (!(value > 0) || !std::isfinite(value))
+                return bad(where + name, "must be a number above 0");
+        if (!(m.youngs_modulus >= 0) || !std::isfinite(m.youngs_modulus))
+            return bad(where + "youngs_modulus", "must be a number of at least 0");
+    }
+    return {};
+}
+
+// A hundredth of the mean: the bending of shorter ones next to longer ones is beyond a step.
+constexpr double kShortestSegment = 0.01;
+
+Result<void> check_guide(const AssetInfo& info, const AssetFields& fields, std::size_t lane) {
+    const std::uint32_t n = fields.guide_point_count[lane];
+    if (n == 0 || info.attach == Attach::all) return {};
+    const std::string where = "guide " + std::to_string(lane);
+    if (n < kStrandMinPoints || n > kStrandMaxPoints)
+        return Error{ErrorCode::unsupported, where,
+                     "has " + std::to_string(n) +
+                         " points; the strand solver takes 3 to 32 (recipe: points_per_strand)"};
+    const std::size_t first = fields.tile_first_row[lane / kTileLanes], l = lane % kTileLanes;
+    double sum = 0, shortest = std::numeric_limits<double>::max();
+    for (std::uint32_t p = 0; p < n; ++p) {
+        for (std::size_t c = 0; c < 3; ++c)
+            if (!std::isfinite(fields.guide_position[vector_index(first + p, 3, c, l)]) ||
+                !std::isfinite(fields.guide_shape[vector_index(first + p, 3, c, l)]))
+                return bad(where + ", point " + std::to_string(p), "must be finite");
+        if (p == 0) continue;
+        const double length = double(fields.guide_length[scalar_index(first + p, l)]);
+        if (!(length >= 0) || !std::isfinite(length))
+            return bad(where + ", segment " + std::to_string(p), "must have a finite length");
+        sum += length;
+        shortest = std::min(shortest, length);
+    }
+    if (shortest < kShortestSegment * sum / (n - 1)) {
+        char text[160];
+        std::snprintf(text, sizeof text,
+                      "has a segment of %.3g m where the mean is %.3g m; the strand solver takes "
+                      "segments of at least a hundredth of it (recipe: points_per_strand)",
+                      shortest, sum / (n - 1));
+        return Error{ErrorCode::unsupported, where, text};
+    }
+    return {};
+}
+
 Result<void> check_settings(const AssetInfo& info, const AssetFields& fields,
                             const Settings& settings) {
     if (!finite(settings.gravity)) return bad("gravity", "must be finite");
@@ -99,15 +153,9 @@ Result<void> check_settings(const AssetInfo& info, const AssetFields& fields,
         usable_instruction_set(settings.instruction_set) != settings.instruction_set)
         return Error{ErrorCode::unsupported, "instruction_set", "is missing on this processor"};
     if (info.tile_count % kQuadTiles != 0) return bad("tile_count", "must be a multiple of 4");
-    if (info.attach != Attach::all)
-        for (std::size_t lane = 0; lane < fields.guide_point_count.size(); ++lane) {
-            const std::uint32_t n = fields.guide_point_count[lane];
-            if (n != 0 && (n < kStrandMinPoints || n > kStrandMaxPoints))
-                return Error{
-                    ErrorCode::unsupported, "guide " + std::to_string(lane),
-                    "has " + std::to_string(n) +
-                        " points; the strand solver takes 3 to 32 (recipe: points_per_strand)"};
-        }
+    if (auto r = check_groups(info); !r) return r;
+    for (std::size_t lane = 0; lane < fields.guide_point_count.size(); ++lane)
+        if (auto r = check_guide(info, fields, lane); !r) return r;
     if (info.attach == Attach::triangle &&
         (fields.guide_triangle.empty() || fields.mesh_position.empty()))
         return bad("attach", "triangle needs the mesh and the roots' triangles in the asset");

@@ -159,8 +159,13 @@ void make_solids(Simulation::State& s);
 // World bounds of a collider over the whole step; returns how far its bounds move.
 double sweep(const Simulation::State& s, std::size_t collider, float low[3], float high[3]);
 // Small steps that this step needs so that no collider that can reach the hair moves by more than
-// its own thickness in one: hair cannot be on its far side then.
-std::uint32_t steps_for_solids(const Simulation::State& s);
+// its own thickness in one: hair cannot be on its far side then. `way`: how far the fastest of these
+// colliders goes in the step (m).
+struct SolidSteps {
+    std::uint32_t count = 1;
+    double way = 0;
+};
+SolidSteps steps_for_solids(const Simulation::State& s);
 void pose_solids(Simulation::State& s, std::uint32_t first, std::uint32_t count,
                  std::uint32_t steps);
 

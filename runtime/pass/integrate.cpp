@@ -22,6 +22,7 @@ void integrate_block(const Block& b, const SmallStep& step) {
     b.set_x(1, root.x1);
 
     const Work half_square(step.half_square);
+    Work3 parent_move = root.x1 - b.x_previous(1);
     // Gravity enters with the elastic forces where there are any, so that at rest both are taken at
     // the same place (local_shape.cpp).
     const Work3 gravity = b.quad.flags.local_shape ? Work3(Work(0.0f)) : splat(step.gravity);
@@ -39,7 +40,13 @@ void integrate_block(const Block& b, const SmallStep& step) {
         }
         const Work carry(step.step_ratio * group.keep[i]);
         b.set_x_previous(i, x);
-        b.set_x(i, verlet(x, previous, carry, a, half_square));
+        Work3 move = verlet_move(x, previous, carry, a, half_square);
+        const Work longest = longest_turn(b.length(i)) + Work(step.thrown);
+        const Work3 beside = move - parent_move;
+        if (any(longest * longest < dot(beside, beside)))
+            move = resolved_move(move, parent_move, longest);
+        b.set_x(i, x + move);
+        parent_move = move;
     }
 }
 

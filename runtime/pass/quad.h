@@ -97,6 +97,7 @@ struct SmallStep {
     float wind[3] = {};  // m/s, mean wind with gust now
     WindWave wave[kWindWaves] = {};
     const ColliderPose* colliders = nullptr;
+    float thrown = 0;  // m, that a fast collider goes: hair that it hits may be as fast
 };
 
 // Parameters of a group for quads of one number of rows, per point from root to tip.

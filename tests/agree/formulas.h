@@ -37,9 +37,12 @@ inline constexpr int kInputs = 16, kOutputs = 4;
     X(barycentric_point, out(barycentric_point(v(0), v(1), v(2), s(12), s(13))))                   \
     X(triangle_rotation, out(triangle_rotation(v(0), v(1), v(2))))                                 \
     X(mix_points, out(mix_points(v(0), v(1), s(12))))                                              \
-    X(verlet, out(verlet(v(0), v(1), s(12), v(2), s(13))))                                         \
+    X(verlet_move, out(verlet_move(v(0), v(1), s(12), v(2), s(13))))                               \
     X(bend_reaction, out(bend_reaction(n(0), n(1), s(12), v(2), v(3))))                            \
     X(bend_stiffness, out(bend_stiffness(abs(s(12)), abs(s(13)), abs(s(14)))))                     \
+    X(stiffest_joint, out(stiffest_joint(s(12))))                                                  \
+    X(longest_turn, out(longest_turn(s(12))))                                                      \
+    X(resolved_move, out(resolved_move(v(0), v(1), abs(s(12)))))                                   \
     X(bend_lever, out(bend_lever(v(0), v(1))))                                                     \
     X(minimal_turn, out(minimal_turn(n(0), n(1), v(2))))                                           \
     X(bend_sweep, out(bend_sweep(v(0), v(1))))                                                     \

@@ -339,9 +339,12 @@ bool run_to_end(Trial& trial, Judge& judge, std::vector<double>* costs) {
 // in 20 / c.
 void settle(Trial& trial, const Judge& judge, const Criteria& criteria) {
     const double limit = std::max(criteria.rest_at, trial.time + 20 / std::max(0.2, trial.stress->mass_damping));
-    const bool judged = criteria.rest.has_value();
-    while (judged && trial.time < limit) {
-        if (trial.time >= criteria.rest_at && judge.fastest(trial) < 0.1 * kStill) return;
+    // a strand that turns back stands still for a moment only
+    constexpr double kHold = 0.5;  // s
+    double moved = trial.time;
+    while (criteria.rest && trial.time < limit) {
+        if (judge.fastest(trial) >= 0.1 * kStill) moved = trial.time;
+        if (trial.time >= criteria.rest_at && trial.time > moved + kHold) return;
         if (!trial.advance()) return;
     }
 }
@@ -416,7 +419,11 @@ std::string plain_run(const StressCase& test, const StressSolver& solver, Judge&
         judge.demand((refusing ? "refused: " : "made: ") + made.refused, refusing);
         return {};
     }
-    if (!made.run) return made.not_applicable;
+    if (!made.run) {
+        if (!refusing) return made.not_applicable;
+        judge.demand("refused: " + made.not_applicable, true);
+        return {};
+    }
     if (test.criteria.reject) judge.demand("refused", false);
     Trial trial(test.stress, std::move(made.run));
     judge.begin(trial);

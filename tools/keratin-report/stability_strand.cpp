@@ -1,5 +1,6 @@
 // Robustness cases on the strand solver. Each strand is a guide; the runtime's defaults are used as
 // they ship.
+#include "runtime/formula/bend.h"
 #include "runtime/rod/double3.h"
 #include "runtime/simulation.h"
 #include "schema/formula/frame.h"
@@ -237,7 +238,7 @@ class StrandRun final : public StressRun {
             const double l = rest_length(s, i + 1), half = i == 1 ? 0 : 0.5 * rest_length(s, i);
             if (l < 1e-9) continue;
             double k = stiffness / ((half + 0.5 * l) * l * l);
-            if (h > 0) k = std::min(k, 5e3 * l / (h * h));
+            if (h > 0) k = std::min(k, stiffest_joint(l) / (h * h));
             const V c = e * l - minimal_turn(r, t, target);
             sum += 0.5 * line_density() * k * dot(c, c);
         }

@@ -148,3 +148,21 @@ TEST_CASE("guides of more than 32 points are refused with the way out") {
     CHECK(plan.error().code == ErrorCode::unsupported);
     CHECK(plan.error().message.find("points_per_strand") != std::string::npos);
 }
+
+TEST_CASE("guides and materials that cannot be simulated are refused by name") {
+    const auto refused = [](auto&& spoil) {
+        scenes::Groom g = head(96, 8, 0.2, plain());
+        spoil(g);
+        auto plan = make_plan(g.info, g.fields, single_thread());
+        REQUIRE_FALSE(plan);
+        return to_string(plan.error());
+    };
+    CHECK(refused([](scenes::Groom& g) { g.guide_position[5 * 48 + 3] = NAN; }) ==
+          "guide 3, point 5: must be finite");
+    CHECK(refused([](scenes::Groom& g) { g.guide_length[5 * 16 + 3] = -1; }) ==
+          "guide 3, segment 5: must have a finite length");
+    CHECK(refused([](scenes::Groom& g) { g.guide_length[5 * 16 + 3] = 1e-7f; })
+              .starts_with("guide 3: has a segment of 1e-07 m"));
+    CHECK(refused([](scenes::Groom& g) { g.info.groups[0].material.radius = -1; })
+              .starts_with("groups[0].material.radius"));
+}

@@ -350,3 +350,21 @@ TEST_CASE("extreme materials, steps and shakes stay finite and inextensible") {
         CHECK(worst < 0.01);
     }
 }
+
+TEST_CASE("a strand that starts folded back on itself unfolds and comes to rest") {
+    const scenes::Line line = scenes::straight_line({0, 0, 0}, {1, 0, 0}, 0.15, 32);
+    scenes::GroomOptions options;
+    options.group.material.radius = options.group.material.radius2 = 5e-5f;
+    options.group.material.youngs_modulus = 3e9f;
+    scenes::Groom groom = scenes::make_groom({&line, 1}, options);
+    for (std::uint32_t p = 17; p < 32; ++p)
+        groom.guide_position[vector_index(groom.tile_first_row[0] + p, 3, 0, 0)] =
+            float(line[32 - p][0]);
+    Simulation s = made(groom, single_thread());
+    run(s, 8, 1.0 / 60);
+    double fastest = 0;
+    for (std::uint32_t p = 2; p < 32; ++p) fastest = std::max(fastest, speed(s, 0, p));
+    INFO(fastest << " m/s");
+    CHECK(fastest < 0.001);
+    CHECK(distance(tip(s, 0), point(s, 0, 16)) > 0.07);
+}
