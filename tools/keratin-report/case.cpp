@@ -1,5 +1,6 @@
 #include "tools/keratin-report/case.h"
 
+#include <algorithm>
 #include <chrono>
 #include <stdexcept>
 #include <utility>
@@ -21,6 +22,12 @@ constexpr std::pair<const char*, Family> kFamilies[] = {
     {"vibration", run_vibration},
     {"pendulum", run_pendulum},
     {"falling-hair", run_falling_hair},
+    {"incline", run_incline},
+    {"sliding-block", run_sliding_block},
+    {"capstan", run_capstan},
+    {"stick-slip", run_stick_slip},
+    {"free-rod-contact", run_free_rod_contact},
+    {"coulomb-residual", run_coulomb_residual},
 };
 
 constexpr std::size_t kTries = 7;
@@ -34,6 +41,7 @@ std::vector<Resolution> resolutions(const Json& tolerance) {
             continue;
         out.push_back({static_cast<std::size_t>(std::stoul(key.substr(1))), value.get<double>()});
     }
+    std::sort(out.begin(), out.end(), [](const Resolution& a, const Resolution& b) { return a.edges < b.edges; });
     return out;
 }
 
@@ -53,6 +61,17 @@ RodMaterial material_of(const Json& setup) {
     m.density = setup.value("density_kg_m3", setup.value("density", m.density));
     m.poisson_ratio = setup.value("poisson", 0.35);
     return m;
+}
+
+RodSettings settings_of(const Json& setup) {
+    RodSettings s;
+    s.gravity = {0, -setup.value("gravity_m_s2", 0.0), 0};
+    s.threads = 1;
+    return s;
+}
+
+std::string at(const char* what, std::size_t edges) {
+    return std::string(what) + ", N " + std::to_string(edges);
 }
 
 double distance(const Double3& a, const Double3& b) {

@@ -35,7 +35,7 @@ struct Outcome {
     }
 };
 
-// The resolutions a case states a tolerance for: "N20": 0.01 -> {20, 0.01}.
+// The resolutions a case states a tolerance for: "N20": 0.01 -> {20, 0.01}, coarse to fine.
 struct Resolution {
     std::size_t edges;
     double tolerance;
@@ -53,6 +53,11 @@ inline Double3 vector3(const Json& j) { return {j.at(0).get<double>(), j.at(1).g
 RodStrand straight_strand(std::size_t edges, double length, const Double3& direction);
 // Radius, modulus, density and, where given, Poisson's ratio of a case's set-up.
 RodMaterial material_of(const Json& setup);
+
+// Gravity of a case's set-up; one thread.
+RodSettings settings_of(const Json& setup);
+// "tip error / L, N 20"
+std::string at(const char* what, std::size_t edges);
 
 inline double relative(double measured, double reference) { return std::abs(measured / reference - 1); }
 double distance(const Double3& a, const Double3& b);
@@ -87,6 +92,12 @@ std::vector<Check> run_michell_ring(const Json& test);
 std::vector<Check> run_vibration(const Json& test);
 std::vector<Check> run_pendulum(const Json& test);
 std::vector<Check> run_falling_hair(const Json& test);
+std::vector<Check> run_incline(const Json& test);
+std::vector<Check> run_sliding_block(const Json& test);
+std::vector<Check> run_capstan(const Json& test);
+std::vector<Check> run_stick_slip(const Json& test);
+std::vector<Check> run_free_rod_contact(const Json& test);
+std::vector<Check> run_coulomb_residual(const Json& test);
 
 // Runs one case with the rod solver; says so where it cannot.
 Outcome run_case(const Json& test);

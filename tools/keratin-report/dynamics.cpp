@@ -10,15 +10,6 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-RodSettings settings_of(const Json& setup) {
-    RodSettings s;
-    s.gravity = {0, -setup.value("gravity_m_s2", 0.0), 0};
-    s.threads = 1;
-    return s;
-}
-
-std::string at(const char* what, std::size_t edges) { return std::string(what) + ", N " + std::to_string(edges); }
-
 // The first bending shape of a clamped beam at s = 0..1, normed to 1 at the tip.
 double first_mode(double s) {
     const double b = 1.8751040687119612;

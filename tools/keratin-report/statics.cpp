@@ -11,15 +11,6 @@ namespace {
 // Settled steps in which a natural curvature is brought on from a straight strand.
 constexpr int kRamp = 15;
 
-RodSettings settings_of(const Json& setup) {
-    RodSettings s;
-    s.gravity = {0, -setup.value("gravity_m_s2", 0.0), 0};
-    s.threads = 1;
-    return s;
-}
-
-std::string at(const char* what, std::size_t edges) { return std::string(what) + ", N " + std::to_string(edges); }
-
 // Brings on natural curvature and twist (1/m) from none and lets the strand come to rest each time.
 // `perturbation` (m): so that it leaves a plane in which it is not stable.
 void ramp_curvature(RodSimulation& rods, const std::array<double, 3>& u, double length, double perturbation) {
