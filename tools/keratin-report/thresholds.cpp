@@ -13,15 +13,8 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kWidth = 2e-5;
 // A disturbed strand has buckled when it stays further away than this share of its length.
 constexpr double kAway = 3e-3;
-
-std::string at(const char* what, std::size_t edges) { return std::string(what) + ", N " + std::to_string(edges); }
-
-RodSettings settings_of(const Json& setup) {
-    RodSettings s;
-    s.gravity = {0, -setup.value("gravity_m_s2", 0.0), 0};
-    s.threads = 1;
-    return s;
-}
+// Ranges that are searched for a threshold, one beside the other, at most.
+constexpr int kShifts = 8;
 
 // Largest distance of each strand's points from where they were.
 std::vector<double> moved(const RodSimulation& rods, const std::vector<std::vector<Double3>>& before) {
@@ -134,9 +127,20 @@ std::vector<Check> thresholds(const Json& test, Buckled buckled, const char* wha
     for (const auto& [edges, tolerance] : resolutions(test.at("tolerance"))) {
         double found = std::nan("");
         if (!std::isnan(bracket.first)) {
+            // the coarse mesh's bracket may lie beside the fine one's threshold: what is found at an
+            // end of the range is looked for on that side
             const double middle = (bracket.first + bracket.second) / 2, reach = std::max(0.06 * middle, step);
-            found = find_threshold(test, edges, buckled, middle - reach, middle + reach, kWidth);
-            bracket = {found, found};
+            double from = middle - reach, to = middle + reach;
+            for (int k = 0; k < kShifts; ++k) {
+                found = find_threshold(test, edges, buckled, from, to, kWidth);
+                const double end = 3 * kWidth * found;
+                const double shift = found - from < end ? -reach : to - found < end ? reach : 0;
+                if (shift == 0) break;
+                from += shift;
+                to += shift;
+                found = std::nan("");
+            }
+            if (!std::isnan(found)) bracket = {found, found};
         }
         checks.push_back({at(what, edges), found, reference, relative(found, reference), tolerance});
     }
