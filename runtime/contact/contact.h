@@ -44,9 +44,11 @@ struct Contact {
     Vector3 normal{0, 1, 0};       // unit, from side 1 to side 0, at the first moment of contact
     Vector3 arm[2] = {
         Vector3(0),
-        Vector3(0)};      // m, from the point on each centre line to the common point, at x_t
-    double gap = 0;       // m, N.(p_0 - p_1)(x_t) - distance, with its bound (METHODS 2.7)
-    double distance = 0;  // m, delta
+        Vector3(0)};       // m, from the point on each centre line to the common point, at x_t
+    double gap = 0;        // m, N.(p_0 - p_1)(x_t) - distance, with its bound (METHODS 2.7)
+    double distance = 0;   // m, delta
+    bool fresh = false;    // added by the last merge_contacts
+    double shortfall = 0;  // m, > 0: what the end of the step lacks (refresh_contacts)
     double friction = 0;
     Vector3 obstacle_velocity{0, 0, 0};  // m/s, of the collider's point
     Vector3 impulse{0, 0, 0};            // N s, on side 0; world axes

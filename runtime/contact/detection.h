@@ -63,6 +63,15 @@ class Detection {
 // impulse 0; contacts already there keep what they have. Returns how many were added.
 std::size_t merge_contacts(std::span<const FoundContact> found, std::vector<Contact>& contacts);
 
+// Contacts of neighbouring edges that stand at one place, whichever way they came to do so (sliding
+// takes a contact to the end of its edge, beside that of the next edge), are made one, which keeps
+// the impulse of both: two would share the load in no particular way, and a solve that is after it
+// would take long. Returns how many of the contacts that the last merge added went.
+struct United {
+    std::size_t fresh = 0, all = 0;  // went
+};
+United unite_contacts(const ContactStrands& strands, std::vector<Contact>& contacts);
+
 // The contact law holds along one normal a contact, through one pair of material points. Where the
 // strands slide and turn so much in one step that they end nearer than delta by more than
 // end_tolerance, normal and points are taken anew from x_t1; the impulse stays. **Beyond** METHODS

@@ -113,6 +113,20 @@ struct StrandContact::Memory {
         changed = true;
     }
 
+    // The law is linear in v, the distance at the end of the step is not: what was taken anew gets
+    // the gap for which the law foretells the end of the step that v leads to.
+    void correct_gaps(const ContactProblem& problem, std::span<const double> v) {
+        for (std::size_t c = 0; c < contacts.size(); ++c) {
+            Contact& contact = contacts[c];
+            if (!(contact.shortfall > 0)) continue;
+            double u[3];
+            relative_velocity(laws[c], v, u);
+            const double change = -contact.shortfall - problem.step * u[0];
+            contact.gap += change;
+            laws[c].constant[0] += change / problem.step;
+        }
+    }
+
     void write_back() {
         for (std::size_t c = 0; c < contacts.size() && 3 * c < impulses.size(); ++c) {
             contacts[c].impulse = contacts[c].applied = Vector3(0);
@@ -226,7 +240,7 @@ std::size_t StrandContact::detect(const ContactProblem& problem, std::span<const
 
     start = now();
     const std::size_t refreshed = refresh_contacts(strands, m.shapes, settings, m.contacts);
-    const std::size_t added = merge_contacts(found, m.contacts);
+    std::size_t added = merge_contacts(found, m.contacts);
     if (added > 0 && !m.before.empty()) {
         std::size_t i = 0;
         for (Contact& c : m.contacts) {
@@ -245,7 +259,10 @@ std::size_t StrandContact::detect(const ContactProblem& problem, std::span<const
             m.unapplied = true;
         }
     }
-    if (added + refreshed > 0) m.write_laws(problem);
+    const United united = unite_contacts(strands, m.contacts);
+    added -= united.fresh;
+    if (added + refreshed + united.all > 0) m.write_laws(problem);
+    if (refreshed > 0) m.correct_gaps(problem, v);
     m.totals.bookkeeping_seconds += now() - start;
     return added + refreshed;
 }
@@ -256,6 +273,7 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
     double start = now();
     const std::size_t n = m.contacts.size();
     double change = 0;
+    bool stalled = false;
     ++m.report.passes;
     if (n > 0 && m.settings.method == ContactMethod::impulse) {
         if (m.unapplied) {
@@ -284,6 +302,7 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
             m.gauss_seidel.solve(m.laws, v, m.applied, settings, m.impulses);
         m.report.sweeps += report.sweeps;
         change = report.change;
+        stalled = report.residual > m.settings.accepted_residual;
         if (m.unapplied) change = std::max(change, 1e-300);
     }
     m.unapplied = false;
@@ -296,7 +315,7 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
         for (std::uint32_t side = 0; side < m.laws[c].sides; ++side)
             add_impulse(m.laws[c].rows[side], &m.impulses[3 * c], impulse);
     m.totals.bookkeeping_seconds += now() - start;
-    return {n > 0 ? change / static_cast<double>(n) : 0, n};
+    return {n > 0 ? change / static_cast<double>(n) : 0, n, stalled};
 }
 
 void StrandContact::end_step(const ContactProblem& problem, std::span<const double> v) {

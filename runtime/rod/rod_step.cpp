@@ -433,6 +433,10 @@ struct Solver {
         // Contacts that the impulses cause are looked for each time the velocities have come this
         // near (in tolerances), long before the iteration ends.
         constexpr double kNear = 1e3;
+        // Impulses that the pass cannot bring under the law while the velocities stand still never
+        // will be; after so many iterations this step is given up.
+        constexpr std::uint32_t kIdle = 8;
+        std::uint32_t idle = 0;
         bool near = false, look = true;
         const auto count = static_cast<std::ptrdiff_t>(blocks.block_count());
         const Inverse inverse(*this);
@@ -457,6 +461,8 @@ struct Solver {
             const bool settled = k > 0 && running == 0 &&
                                  (pass.contacts == 0 ||
                                   pass.mean_change < r.settings.tolerance * p.mean_vertex_mass);
+            idle = k > 0 && running == 0 && pass.stalled ? idle + 1 : 0;
+            if (idle > kIdle) break;
             if (look || settled) {
                 start = seconds();
                 const std::size_t added = r.contact->detect(p, r.contact_v.span());

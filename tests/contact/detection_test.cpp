@@ -260,3 +260,32 @@ TEST_CASE("a contact that ends too near is taken anew at the end of the step") {
                   p1 = mix(c.x_t1[2], c.x_t1[3], list[0].parameter[1]);
     CHECK(dot(list[0].normal, p0 - p1) - list[0].distance == Approx(-5e-5).epsilon(1e-2));
 }
+
+TEST_CASE("contacts of neighbouring edges that stand at one place are made one") {
+    // A strand with a vertex over the middle of another: sliding has taken the contact of its first
+    // edge to the vertex, where that of its second edge is.
+    Chains c;
+    c.add(line({-0.01, 2 * r, 0}, {0.01, 2 * r, 0}, 2), {0, 0, 0}, r);
+    c.add({{0.0, 0.0, -0.01}, {0.0, 0.0, 0.01}}, {0, 0, 0}, r);
+    auto contact = [&](std::uint32_t edge, double parameter) {
+        Contact k;
+        k.edge[0] = edge;
+        k.edge[1] = 2;
+        k.key = {static_cast<std::uint64_t>(edge) << 32 | 2, 0};
+        k.parameter[0] = parameter;
+        k.parameter[1] = 0.5;
+        k.distance = 2 * r;
+        k.impulse = {0, 1, 0};
+        return k;
+    };
+    std::vector<Contact> apart{contact(0, 0.9), contact(1, 0.0)},
+        near{contact(0, 0.9999), contact(1, 0.0)};
+    CHECK(unite_contacts(c.view(), apart).all == 0);
+    near[1].fresh = true;
+    const United went = unite_contacts(c.view(), near);
+    CHECK(went.all == 1);
+    CHECK(went.fresh == 1);
+    REQUIRE(near.size() == 1);
+    CHECK(near[0].edge[0] == 0);
+    CHECK(near[0].impulse.y == 2);
+}

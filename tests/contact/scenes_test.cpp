@@ -41,6 +41,14 @@ TEST_CASE("a bundle that falls on a cylinder never overlaps, and does without co
     check_quality(bundle_on_cylinder(7), 0.06);
 }
 
+TEST_CASE("a bundle that falls on a bundle never overlaps it, and does without contact") {
+    check_quality(bundle_on_bundle(7), 0.06);
+}
+
+TEST_CASE("a bundle that falls on the ground never overlaps, and does without contact") {
+    check_quality(bundle_on_ground(7), 0.06);
+}
+
 TEST_CASE("friction holds a strand on a slanting pipe and its absence does not") {
     const ContactQuality smooth = run(strand_on_pipe(0), 0.15),
                          rough = run(strand_on_pipe(1), 0.15);

@@ -1,5 +1,6 @@
 #include "tools/scenes/contact_scenes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -7,7 +8,8 @@
 namespace keratin::scenes {
 namespace {
 
-constexpr double kRadius = 5e-5;  // m
+constexpr double kRadius = 5e-5;              // m
+constexpr double kHairballDistance = 110e-6;  // m, strand on strand
 
 RodMaterial hair() {
     RodMaterial m;
@@ -187,10 +189,19 @@ ContactScene hairball(const HairballOptions& options) {
     constexpr double radius = 0.15, length = 0.20;
     std::mt19937_64 random(2011);
     auto unit = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
-    for (std::uint32_t s = 0; s < options.strands; ++s) {
+    // Roots nearer than this would hold strands inside each other for good.
+    constexpr double kLeastDistance = 3 * kHairballDistance;
+    std::vector<Vector> roots_taken;
+    while (scene.strands.size() < options.strands) {
         const double y = unit(), angle = 2 * std::numbers::pi * unit(),
                      across = std::sqrt(1 - y * y);
         const Vector n{across * std::cos(angle), y, across * std::sin(angle)};
+        const bool taken =
+            std::any_of(roots_taken.begin(), roots_taken.end(), [&](const Vector& o) {
+                return radius * std::hypot(n[0] - o[0], n[1] - o[1], n[2] - o[2]) < kLeastDistance;
+            });
+        if (taken) continue;
+        roots_taken.push_back(n);
         scene.strands.push_back(strand(
             straight(at({0, 0, 0}, n, radius), n, length, options.vertices),
             options.as_published ? RodEnd::clamped_two_points : RodEnd::clamped, RodEnd::free));
@@ -204,7 +215,7 @@ ContactScene hairball(const HairballOptions& options) {
     };
     scene.colliders.push_back(sphere);
     scene.solids.push_back(measure::Capsule{{0, 0, 0}, {0, 0, 0}, radius});
-    scene.contact.contact_distance = 110e-6;
+    scene.contact.contact_distance = kHairballDistance;
     scene.duration = 5;
     scene.least_contacts = 3000;
     scene.held_edges = 1;
