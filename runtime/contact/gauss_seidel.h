@@ -35,6 +35,7 @@ struct GaussSeidelSettings {
 
 struct GaussSeidelReport {
     std::uint32_t sweeps = 0;
+    double start = 0;     // mean |f_FB| before the first sweep
     double residual = 0;  // mean |f_FB| after the last sweep, by W
     double change = 0;    // sum of |r_new - r_old| over the contacts, N s
 };

@@ -54,6 +54,7 @@ struct StrandContact::Memory {
     GaussSeidel gauss_seidel;
     ContactReport report;
     ContactTotals totals;
+    std::vector<double> residuals;  // of the step's passes
 
     ContactStrands view() const { return {x_t0, x_t1, first_vertex, strand, radius, prescribed}; }
 
@@ -127,6 +128,22 @@ struct StrandContact::Memory {
         }
     }
 
+    // Mean |f_FB| over the list (METHODS 2.10).
+    double mean_residual(const ContactProblem& problem, std::span<const double> v) const {
+        double sum = 0;
+        const double us = 1 / problem.gravity_speed, rs = us / problem.mean_vertex_mass;
+        for (std::size_t c = 0; c < contacts.size(); ++c) {
+            double u[3];
+            relative_velocity(laws[c], v, u);
+            const double* r = &impulses[3 * c];
+            sum += coulomb_residual(Local3<Double1>{r[0] * rs, r[1] * rs, r[2] * rs},
+                                    Local3<Double1>{u[0] * us, u[1] * us, u[2] * us},
+                                    Double1(std::min(laws[c].friction, kMostFriction)))
+                       .v;
+        }
+        return contacts.empty() ? 0 : sum / static_cast<double>(contacts.size());
+    }
+
     void write_back() {
         for (std::size_t c = 0; c < contacts.size() && 3 * c < impulses.size(); ++c) {
             contacts[c].impulse = contacts[c].applied = Vector3(0);
@@ -152,6 +169,7 @@ void StrandContact::set_friction(double strands, double colliders) {
 }
 
 std::span<const Contact> StrandContact::contacts() const { return memory_->contacts; }
+std::span<const double> StrandContact::residuals() const { return memory_->residuals; }
 const ContactReport& StrandContact::report() const { return memory_->report; }
 const ContactTotals& StrandContact::totals() const { return memory_->totals; }
 void StrandContact::reset_totals() { memory_->totals = {}; }
@@ -210,6 +228,7 @@ void StrandContact::begin_step(const ContactProblem& problem) {
     m.searched = false;
     m.unapplied = false;
     m.report = {};
+    m.residuals.clear();
     if (m.before_step > 0)
         for (Remembered& r : m.before) r.impulse *= problem.step / m.before_step;
     m.totals.bookkeeping_seconds += now() - start;
@@ -272,10 +291,11 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
     Memory& m = *memory_;
     double start = now();
     const std::size_t n = m.contacts.size();
-    double change = 0;
+    double change = 0, residual = 0;
     bool stalled = false;
     ++m.report.passes;
     if (n > 0 && m.settings.method == ContactMethod::impulse) {
+        residual = m.mean_residual(problem, v);
         if (m.unapplied) {
             // The local answer needs a velocity that contains what is there already.
             for (std::size_t i = 0; i < m.impulses.size(); ++i)
@@ -302,9 +322,11 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
             m.gauss_seidel.solve(m.laws, v, m.applied, settings, m.impulses);
         m.report.sweeps += report.sweeps;
         change = report.change;
+        residual = report.start;
         stalled = report.residual > m.settings.accepted_residual;
         if (m.unapplied) change = std::max(change, 1e-300);
     }
+    m.residuals.push_back(residual);
     m.unapplied = false;
     m.applied = m.impulses;
     m.totals.solve_seconds += now() - start;
@@ -324,19 +346,8 @@ void StrandContact::end_step(const ContactProblem& problem, std::span<const doub
     m.write_back();
     m.before_step = problem.step;
     m.report.contacts = n;
-    double sum = 0;
-    const double us = 1 / problem.gravity_speed, rs = us / problem.mean_vertex_mass;
-    for (std::size_t c = 0; c < n; ++c) {
-        double u[3];
-        relative_velocity(m.laws[c], v, u);
-        const double* r = &m.impulses[3 * c];
-        m.report.active += r[0] > 0;
-        sum += coulomb_residual(Local3<Double1>{r[0] * rs, r[1] * rs, r[2] * rs},
-                                Local3<Double1>{u[0] * us, u[1] * us, u[2] * us},
-                                Double1(std::min(m.laws[c].friction, kMostFriction)))
-                   .v;
-    }
-    m.report.coulomb_residual = n > 0 ? sum / static_cast<double>(n) : 0;
+    for (std::size_t c = 0; c < n; ++c) m.report.active += m.impulses[3 * c] > 0;
+    m.report.coulomb_residual = m.mean_residual(problem, v);
     ++m.totals.steps;
     m.totals.contacts += n;
     m.totals.sweeps += m.report.sweeps;

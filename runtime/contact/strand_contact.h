@@ -69,6 +69,9 @@ class StrandContact final : public ContactSolver {
     void set_friction(double strands, double colliders);
 
     std::span<const Contact> contacts() const;  // of the last step
+    // Mean |f_FB| at each pass of the last step, of the impulses so far and the velocity that the
+    // Newton step leads to with them.
+    std::span<const double> residuals() const;
     const ContactReport& report() const;
     const ContactTotals& totals() const;
     void reset_totals();

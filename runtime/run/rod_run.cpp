@@ -407,8 +407,13 @@ void RodRun::statistics(Json& out) const {
     }
     if (keep_convergence_) {
         out["convergence"] = Json::array();
-        for (const RodConvergence& c : rods_->convergence())
-            out["convergence"].push_back({{"dv", c.dv}, {"dr", c.dr}, {"f_fb", nullptr}});
+        const std::span<const double> residuals =
+            contact_ ? contact_->residuals() : std::span<const double>();
+        std::size_t pass = 0;
+        for (const RodConvergence& c : rods_->convergence()) {
+            const Json f_fb = pass < residuals.size() ? Json(residuals[pass++]) : Json();
+            out["convergence"].push_back({{"dv", c.dv}, {"dr", c.dr}, {"f_fb", f_fb}});
+        }
     }
 }
 

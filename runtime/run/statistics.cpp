@@ -4,6 +4,7 @@
 #include "tools/measure/energy.h"
 #include "tools/measure/shape.h"
 #include "tools/measure/solid.h"
+#include "tools/measure/strand_distance.h"
 
 #include <algorithm>
 #include <cmath>
@@ -186,6 +187,13 @@ double Statistics::collider_penetration(double time, const RunState& state) cons
     return deepest;
 }
 
+// Between strands that have a thickness, whether or not contact is on.
+double Statistics::strand_penetration(const RunState& state) const {
+    return measure::overlap_between({layout_->head.guide_first_point, state.position},
+                                    layout_->thickness, scene_->contact_distance, 0)
+        .depth;
+}
+
 double Statistics::interpolation_distance(const RunState& state) const {
     const CacheHead& head = layout_->head;
     double sum = 0;
@@ -244,6 +252,11 @@ void Statistics::add_frame(double time, const RunState& state) {
         max_collider_ = std::max(max_collider_, depth);
         series_["collider_penetration"].push_back(depth);
     }
+    if (!layout.thickness.empty()) {
+        const double depth = strand_penetration(state);
+        max_strand_ = std::max(max_strand_, depth);
+        series_["strand_penetration"].push_back(depth);
+    }
     series_["relative_speed"].push_back(measure::relative_speed(neighbours_, state.velocity));
     if (spacing_ > 0)
         series_["density_p99"].push_back(
@@ -283,10 +296,10 @@ Json Statistics::document(const SolverRun& run, const Schedule& schedule, int th
     out["finite"] = finite_;
     out["max_stretch"] = max_stretch_;
     out["max_tip_lag"] = max_tip_lag_;
-    out["max_penetration"] = std::max(max_mesh_, max_collider_);
+    out["max_penetration"] = std::max({max_mesh_, max_collider_, max_strand_});
     out["penetration"] = {{"mesh", has_mesh_ ? Json(max_mesh_) : Json()},
                           {"colliders", scene_->colliders.empty() ? Json() : Json(max_collider_)},
-                          {"strands", nullptr}};
+                          {"strands", layout.thickness.empty() ? Json() : Json(max_strand_)}};
     for (const char* key : {"contacts_mean", "contacts_max", "iterations_mean", "steps_at_cap",
                             "steps_halved", "coulomb_residual"})
         out[key] = nullptr;

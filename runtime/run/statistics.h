@@ -47,6 +47,7 @@ class Statistics {
     };
     double mesh_penetration(const RunState& state);
     double collider_penetration(double time, const RunState& state) const;
+    double strand_penetration(const RunState& state) const;
     // How far a strand's centre line is to keep away from a collider, m.
     double distance_kept(const SceneCollider& collider, std::size_t strand) const;
     double interpolation_distance(const RunState& state) const;
@@ -60,7 +61,7 @@ class Statistics {
     bool has_mesh_ = false;
 
     bool finite_ = true;
-    double max_stretch_ = 0, max_mesh_ = 0, max_collider_ = 0, max_tip_lag_ = 0;
+    double max_stretch_ = 0, max_mesh_ = 0, max_collider_ = 0, max_strand_ = 0, max_tip_lag_ = 0;
     nlohmann::ordered_json energy_ = nlohmann::ordered_json::array();
     nlohmann::ordered_json series_ = nlohmann::ordered_json::object();
 };
