@@ -86,12 +86,15 @@ int main(int argc, char** argv) {
     app.set_version_flag("--version", "keratin-bench 0.1.0 (asset format " +
                                           std::to_string(kAssetMajor) + "." +
                                           std::to_string(kAssetMinor) + ")");
-    std::string names;
-    for (const Section& s : kSections) names += std::string(names.empty() ? "" : ", ") + s.name;
+    std::string names, long_names;
+    for (const Section& s : kSections) {
+        names += std::string(names.empty() ? "" : ", ") + s.name;
+        if (s.on_request) long_names += std::string(long_names.empty() ? "" : " and ") + s.name;
+    }
     std::vector<std::string> wanted;
     Options options;
     bool json = false, quiet = false;
-    app.add_option("section", wanted, "What to measure: " + names + "; all when left out");
+    app.add_option("section", wanted, "What to measure: " + names + "; when left out, all but " + long_names);
     app.add_flag("--quick", options.quick, "Fewer repeats and the small sizes only");
     app.add_option("--threads", options.threads, "Threads; both 1 and 2 when left out")
         ->check(CLI::Range(1, 256));
@@ -113,8 +116,9 @@ int main(int argc, char** argv) {
     const Machine machine = measure_machine();
     Report report{options, machine, {}};
     for (const Section& section : kSections)
-        if (wanted.empty() ||
-            std::find(wanted.begin(), wanted.end(), section.name) != wanted.end()) {
+        if (wanted.empty()
+                ? !section.on_request
+                : std::find(wanted.begin(), wanted.end(), section.name) != wanted.end()) {
             if (!quiet) std::fprintf(stderr, "measuring %s: %s\n", section.name, section.what);
             section.run(report);
         }

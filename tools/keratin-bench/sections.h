@@ -8,17 +8,26 @@ namespace keratin::bench {
 
 void strand_section(Report& report);
 void rod_section(Report& report);
+void contact_section(Report& report);
+void contact_methods_section(Report& report);
+void hairball_section(Report& report);
 
 struct Section {
     const char* name;
     const char* what;
     void (*run)(Report&);
+    bool on_request = false;  // only where it is named
 };
 
 inline constexpr Section kSections[] = {
     {"strand", "the strand solver: constraints, grid, interpolation, whole frames", strand_section},
 #ifdef KERATIN_WITH_ROD
     {"rod", "the rod solver without contact: quasi-Newton steps", rod_section},
+    {"contact", "contact: broad and narrow phase, Gauss-Seidel sweeps", contact_section},
+    {"contact-methods", "time against error of both contact methods on the bundles",
+     contact_methods_section, true},
+    {"hairball", "steps of the hairball while it turns (takes minutes to get there)",
+     hairball_section, true},
 #endif
 };
 
