@@ -17,10 +17,10 @@ namespace {
 constexpr std::uint32_t kGroups = 8;
 constexpr std::size_t kAlign = 8;  // numbers: columns and states start at multiples of 64 bytes
 constexpr std::uint32_t kResidualEvery = 4;  // sweeps
-constexpr double kUphill = 1.5;  // growth of the squared step at which the directions begin anew
+constexpr double kUphill = 1.2;  // growth of the squared step at which the directions begin anew
 // Sweeps that do not bring the residual to this share of its best in so many more lead nowhere.
 constexpr double kProgress = 0.9;
-constexpr std::uint32_t kPatience = 60;
+constexpr std::uint32_t kPatience = 100;
 constexpr std::size_t kBatchImpulses = 3 * kContactBatch;
 constexpr std::size_t kChunk = 1024;  // numbers that a thread takes at a time
 
@@ -384,6 +384,7 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
     // Where contacts share a load in more than one way, further sweeps would only shift it about.
     report.start = report.residual = mean_residual();
     if (report.residual <= settings.accepted) return report;
+    const double goal = std::max(settings.residual, settings.residual_share * report.start);
     // Contacts near each other on a stiff strand nearly repeat each other, and sweeps alone shift
     // the load between them at a crawl (a factor 0.9994 a sweep in the bundles of METHODS 2.10). So
     // each sweep counts as the step of a nonlinear conjugate gradient method that it preconditions
@@ -438,7 +439,7 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
                 }
                 done = report.sweeps >= settings.most_sweeps ||
                        (report.sweeps >= settings.least_sweeps &&
-                        (report.residual <= settings.residual ||
+                        (report.residual <= goal ||
                          report.sweeps >= best_sweep + kPatience));
             }
             if (done) break;
