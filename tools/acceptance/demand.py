@@ -34,6 +34,13 @@ def equal_to(expected):
     return Bound(f"= {expected}", lambda value: value == expected)
 
 
+class NotJudged:
+    """What a measurement returns when its bound does not hold here: it neither passes nor fails."""
+
+    def __init__(self, value, reason):
+        self.value, self.reason = value, reason
+
+
 class Demand:
     def __init__(self, text, bound, function):
         self.text, self.bound, self.function = text, bound, function
@@ -42,9 +49,11 @@ class Demand:
         work.commands = []
         try:
             value = self.function(work)
-            ok = bool(self.bound.holds(value))
+            ok = None if isinstance(value, NotJudged) else bool(self.bound.holds(value))
         except Exception as error:  # a measurement that breaks is a demand that fails
             value, ok = f"nothing: {error}", False
+        if isinstance(value, NotJudged):
+            value = f"{value.value:.6g} ({value.reason})"
         if isinstance(value, float):
             value = float(f"{value:.6g}")
         return {"demand": self.text, "commands": list(work.commands), "measured": value,
