@@ -1,12 +1,13 @@
 // A step: skin, grid, small steps quad by quad, render strands. Every loop over quads, bricks or
 // strands may be shared between threads in any way: nothing depends on who does what.
+#include "runtime/parallel.h"
 #include "runtime/state.h"
 #include "schema/formula/interpolation.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <omp.h>
 
 #if defined(__x86_64__)
 #include <x86intrin.h>
@@ -30,29 +31,13 @@ std::uint64_t ticks() {
 class Timed {
   public:
     Timed(Simulation::State& s, PassId pass)
-        : slot_(s.times[std::size_t(omp_get_thread_num())].ticks[std::size_t(pass)]),
+        : slot_(s.times[worker_index()].ticks[std::size_t(pass)]),
           start_(ticks()) {}
     ~Timed() { slot_ += ticks() - start_; }
 
   private:
     std::uint64_t& slot_;
     std::uint64_t start_;
-};
-
-// Numbers too small for float's full precision count as zero while the passes run: hair that comes
-// to rest is full of them, and each costs the processor a hundred times an ordinary one. The
-// caller's setting comes back afterwards.
-class SmallAsZero {
-  public:
-#if defined(__x86_64__)
-    SmallAsZero() : before_(_mm_getcsr()) { _mm_setcsr(before_ | 0x8040u); }
-    ~SmallAsZero() { _mm_setcsr(before_); }
-    SmallAsZero(const SmallAsZero&) = delete;
-    SmallAsZero& operator=(const SmallAsZero&) = delete;
-
-  private:
-    unsigned before_;
-#endif
 };
 
 // Share of the air's drag on a fibre, per length and viscosity: 4 pi mu for a thin cylinder across
@@ -153,58 +138,42 @@ bool fill_grid(Simulation::State& s, GridView& view, double h) {
             : 1;
     const float voxel = g.spacing * g.spacing * g.spacing;
 
-#pragma omp parallel num_threads(s.threads)
-    {
-        const int thread = omp_get_thread_num();
-        const SmallAsZero flush;
-        {
-            Timed timed(s, PassId::grid_scatter);
-            ScatterInput in;
-            in.shape = g;
-            in.inverse_displacement_unit = 1 / unit;
-            in.mass_scale = s.inverse_mean_length;
-#pragma omp for schedule(dynamic, 2) nowait
-            for (std::size_t i = 0; i < s.quads.size(); ++i) {
-                if (s.quads[i].guides == 0) continue;
-                const Quad quad = quad_of(s, i, thread);
-                const GroupInfo& group = s.info.groups[s.class_keys[s.quads[i].group_class].group];
-                const Material& m = group.material;
-                in.filling_scale = float(double(m.density) * kPi * m.radius * m.radius2 *
-                                         strands_per_guide / double(voxel));
-                in.mean_density = s.mean_density;
-                in.point_count = s.fields.guide_point_count.data() + i * kQuadLanes;
-                in.density = s.fields.guide_density.empty()
-                                 ? nullptr
-                                 : s.fields.guide_density.data() + s.tile_row(i * kQuadTiles) * 16;
-                s.kernels->grid_scatter(quad, in, sums[std::size_t(thread)]);
-            }
+    share(s.settings.host, s.threads, s.quads.size(), 2, [&](std::size_t i) {
+        if (s.quads[i].guides == 0) return;
+        Timed timed(s, PassId::grid_scatter);
+        const GroupInfo& group = s.info.groups[s.class_keys[s.quads[i].group_class].group];
+        const Material& m = group.material;
+        ScatterInput in;
+        in.shape = g;
+        in.inverse_displacement_unit = 1 / unit;
+        in.mass_scale = s.inverse_mean_length;
+        in.filling_scale = float(double(m.density) * kPi * m.radius * m.radius2 *
+                                 strands_per_guide / double(voxel));
+        in.mean_density = s.mean_density;
+        in.point_count = s.fields.guide_point_count.data() + i * kQuadLanes;
+        in.density = s.fields.guide_density.empty()
+                         ? nullptr
+                         : s.fields.guide_density.data() + s.tile_row(i * kQuadTiles) * 16;
+        s.kernels->grid_scatter(quad_of(s, i, int(worker_index())), in, sums[worker_index()]);
+    });
+    const std::size_t even = even_grain(bricks, s.threads);
+    // A point's eight voxels lie in the brick of the lowest or in the next along each axis.
+    share(s.settings.host, s.threads, bricks, even, [&](std::size_t b) {
+        const std::size_t x = b % along, y = b / along % along, z = b / along / along;
+        std::uint8_t live = 0;
+        for (std::size_t k = 0; k < 8; ++k) {
+            const std::size_t dx = k & 1, dy = k >> 1 & 1, dz = k >> 2;
+            if (x < dx || y < dy || z < dz) continue;
+            const std::size_t from = b - dx - along * (dy + along * dz);
+            for (std::size_t t = 0; t < sums.size(); ++t) live |= sums[t].touched[from];
         }
-#pragma omp barrier
-        {
-            Timed timed(s, PassId::grid_resolve);
-            // A point's eight voxels lie in the brick of the lowest or in the next along each axis.
-#pragma omp for schedule(static) nowait
-            for (std::size_t b = 0; b < bricks; ++b) {
-                const std::size_t x = b % along, y = b / along % along, z = b / along / along;
-                std::uint8_t live = 0;
-                for (std::size_t k = 0; k < 8; ++k) {
-                    const std::size_t dx = k & 1, dy = k >> 1 & 1, dz = k >> 2;
-                    if (x < dx || y < dy || z < dz) continue;
-                    const std::size_t from = b - dx - along * (dy + along * dz);
-                    for (std::size_t t = 0; t < sums.size(); ++t) live |= sums[t].touched[from];
-                }
-                s.grid_live[b] = live;
-                if (live)
-                    s.kernels->grid_resolve(sums.data(), std::uint32_t(sums.size()), b, unit,
-                                            s.grid_field.data());
-            }
-        }
-#pragma omp barrier
-        for (GridSums& sum : sums) {
-#pragma omp for schedule(static) nowait
-            for (std::size_t b = 0; b < bricks; ++b) sum.touched[b] = 0;
-        }
-    }
+        s.grid_live[b] = live;
+        if (!live) return;
+        Timed timed(s, PassId::grid_resolve);
+        s.kernels->grid_resolve(sums.data(), std::uint32_t(sums.size()), b, unit,
+                                s.grid_field.data());
+    });
+    for (GridSums& sum : sums) std::memset(sum.touched, 0, bricks);
     view.field = s.grid_field.data();
     view.step = float(h);
     view.previous_step = float(s.previous_step);
@@ -262,7 +231,7 @@ void run_quad(Simulation::State& s, std::size_t index, const SmallStep* steps, s
     QuadState& state = s.quads[index];
     if (state.guides == 0 || state.asleep) return;
     const SmallAsZero flush;
-    Quad quad = quad_of(s, index, omp_get_thread_num());
+    Quad quad = quad_of(s, index, int(worker_index()));
     const KernelTable& k = *s.kernels;
     const bool shape = s.plan.has(PassId::local_shape), length = s.plan.has(PassId::stretch);
     const bool solids = quad.flags.collision, ends = s.plan.has(PassId::final_length);
@@ -308,8 +277,7 @@ void run_quad(Simulation::State& s, std::size_t index, const SmallStep* steps, s
             put_to_rest(s, index * kQuadTiles + lane / kTileLanes, lane % kTileLanes);
             if (s.fields.guide_point_count[index * kQuadLanes + lane] > 0) ++count_bad;
         }
-#pragma omp atomic
-        s.health.strands_reset += count_bad;
+        std::atomic_ref(s.health.strands_reset).fetch_add(count_bad);
         k.check(quad);
     }
     std::copy(quad.bounds_min, quad.bounds_min + 3, state.bounds_min);
@@ -399,24 +367,19 @@ void write_strands(Simulation::State& s) {
 
     constexpr std::uint32_t kStrands = 256;
     const std::uint32_t batches = (s.strand_count + kStrands - 1) / kStrands;
-#pragma omp parallel num_threads(s.threads)
-    {
-        const PassId pass = carry ? PassId::carry : PassId::interpolate;
-        const SmallAsZero flush;
-        if (!carry) {
+    const PassId pass = carry ? PassId::carry : PassId::interpolate;
+    if (!carry)
+        share(s.settings.host, s.threads, s.quads.size(), 8, [&](std::size_t i) {
+            if (s.quads[i].guides == 0) return;
             Timed timed(s, pass);
-#pragma omp for schedule(dynamic, 8) nowait
-            for (std::size_t i = 0; i < s.quads.size(); ++i)
-                if (s.quads[i].guides > 0)
-                    s.kernels->guide_lines(quad_of(s, i, omp_get_thread_num()),
-                                           s.line.data() + s.tile_row(i * kQuadTiles) * 48);
-        }
-#pragma omp barrier
+            s.kernels->guide_lines(quad_of(s, i, int(worker_index())),
+                                   s.line.data() + s.tile_row(i * kQuadTiles) * 48);
+        });
+    share(s.settings.host, s.threads, batches, 4, [&](std::size_t i) {
         Timed timed(s, pass);
-#pragma omp for schedule(dynamic, 4) nowait
-        for (std::uint32_t i = 0; i < batches; ++i)
-            s.kernels->interpolate(b, i * kStrands, std::min(s.strand_count, (i + 1) * kStrands));
-    }
+        const auto first = std::uint32_t(i) * kStrands;
+        s.kernels->interpolate(b, first, std::min(s.strand_count, first + kStrands));
+    });
 }
 
 Result<void> advance(Simulation::State& s, double h) {
@@ -475,10 +438,10 @@ Result<void> advance(Simulation::State& s, double h) {
                 step.colliders = s.poses.data() + i * s.solids.size();
                 before = small;
             }
-#pragma omp parallel for num_threads(s.threads) schedule(dynamic, 1)
-            for (std::size_t q = 0; q < s.quads.size(); ++q)
+            share(s.settings.host, s.threads, s.quads.size(), 1, [&](std::size_t q) {
                 run_quad(s, q, steps, count, with_grid && first == 0 ? &grid : nullptr,
                          first + count == n, h);
+            });
         }
         s.previous_step = small;
         s.health.small_steps += n;

@@ -3,7 +3,9 @@
 #include "runtime/simulation.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <memory>
 #include <new>
 
 using namespace keratin;
@@ -12,6 +14,7 @@ struct keratin_asset {
     AssetView view;
 };
 struct keratin_simulation {
+    std::unique_ptr<keratin_host> host;  // outlives what was allocated with it
     Simulation simulation;
 };
 
@@ -50,6 +53,60 @@ RigidTransform from_c(const keratin_transform& t) {
     return r;
 }
 
+std::array<float, 3> three(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
+
+ColliderShape shape_from_c(const keratin_collider& c) {
+    switch (c.shape) {
+        case KERATIN_SPHERE:
+            return SphereCollider{three(c.a), c.radius};
+        case KERATIN_CAPSULE:
+            return CapsuleCollider{three(c.a), three(c.b), c.radius};
+        case KERATIN_BOX:
+            return BoxCollider{three(c.a), three(c.b)};
+        case KERATIN_PLANE:
+            return PlaneCollider{three(c.a), three(c.b)};
+        case KERATIN_GRID:
+            break;
+    }
+    auto grid = std::make_shared<DistanceGrid>();
+    grid->origin = three(c.a);
+    grid->spacing = c.spacing;
+    std::size_t count = c.distance ? 1 : 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        grid->nodes[k] = c.nodes[k];
+        count *= c.nodes[k];
+    }
+    grid->distance.assign(c.distance, c.distance + count);
+    return DistanceGridCollider{grid};
+}
+
+Host host_from_c(keratin_host& kept) {
+    Host host;
+    host.user = &kept;
+    if (kept.allocate)
+        host.allocate = [](void* user, std::size_t bytes, std::size_t alignment) {
+            const auto& own = *static_cast<const keratin_host*>(user);
+            return own.allocate(own.user, bytes, alignment);
+        };
+    if (kept.release)
+        host.release = [](void* user, void* memory, std::size_t bytes, std::size_t alignment) {
+            const auto& own = *static_cast<const keratin_host*>(user);
+            own.release(own.user, memory, bytes, alignment);
+        };
+    if (kept.log)
+        host.log = [](void* user, LogLevel level, const char* line) {
+            const auto& own = *static_cast<const keratin_host*>(user);
+            own.log(own.user, level == LogLevel::warning ? KERATIN_WARNING : KERATIN_NOTE, line);
+        };
+    if (kept.parallel)
+        host.parallel = [](void* user, std::uint32_t count, void (*task)(void*, std::uint32_t),
+                           void* context) {
+            const auto& own = *static_cast<const keratin_host*>(user);
+            own.parallel(own.user, count, task, context);
+        };
+    return host;
+}
+
 keratin_asset* keep(Result<AssetView> view, char* message, std::size_t size) {
     if (view) return new keratin_asset{std::move(*view)};
     tell(to_string(view.error()), message, size);
@@ -73,6 +130,7 @@ keratin_settings keratin_default_settings(void) {
     s.seed = 1;
     s.lod = 1;
     s.asset_colliders = 1;
+    s.teleport_distance = Settings().teleport_distance;
     return s;
 }
 
@@ -108,8 +166,17 @@ keratin_simulation* keratin_create(const keratin_asset* asset, const keratin_set
         shape.radius = c.radius;
         s.colliders.push_back({shape, c.friction, c.contact_distance});
     }
+    for (uint32_t i = 0; i < in->collider_count; ++i)
+        s.colliders.push_back(
+            {shape_from_c(in->colliders[i]), in->colliders[i].friction, in->colliders[i].contact_distance});
+    s.previous = in->previous != 0;
+    s.teleport_distance = in->teleport_distance;
+    s.sleep_speed = in->sleep_speed;
+    // A function of one enum is not one of the other: the host's own travels along.
+    auto kept = std::make_unique<keratin_host>(in->host);
+    s.host = host_from_c(*kept);
     auto made = Simulation::create(asset->view, s);
-    if (made) return new keratin_simulation{std::move(*made)};
+    if (made) return new keratin_simulation{std::move(kept), std::move(*made)};
     tell(to_string(made.error()), message, size);
     return nullptr;
 }
@@ -131,6 +198,20 @@ keratin_result keratin_set_mesh(keratin_simulation* s, const float* positions, u
 keratin_result keratin_set_capsule(keratin_simulation* s, uint32_t index,
                                    const keratin_transform* motion) {
     return code_of(s->simulation.set_collider(index, from_c(*motion)));
+}
+keratin_result keratin_set_collider(keratin_simulation* s, uint32_t index,
+                                    const keratin_transform* motion) {
+    return code_of(s->simulation.set_collider(index, from_c(*motion)));
+}
+keratin_result keratin_set_gravity(keratin_simulation* s, const float gravity[3]) {
+    return code_of(s->simulation.set_gravity({gravity[0], gravity[1], gravity[2]}));
+}
+keratin_result keratin_set_wind(keratin_simulation* s, const float velocity[3], float gust,
+                                float turbulence) {
+    return code_of(s->simulation.set_wind({{velocity[0], velocity[1], velocity[2]}, gust, turbulence}));
+}
+void keratin_set_origin(keratin_simulation* s, const double origin[3]) {
+    s->simulation.set_origin({origin[0], origin[1], origin[2]});
 }
 keratin_result keratin_set_lod(keratin_simulation* s, float share) {
     return code_of(s->simulation.set_lod(share));
@@ -157,6 +238,21 @@ void keratin_get_strands(const keratin_simulation* s, keratin_strands* out) {
     out->width_scale = v.width_scale;
     std::copy(v.bounds_min.begin(), v.bounds_min.end(), out->bounds_min);
     std::copy(v.bounds_max.begin(), v.bounds_max.end(), out->bounds_max);
+    out->previous = pointer(v.previous);
+    out->previous_half = pointer(v.previous_half);
+    std::copy(v.half_center_previous.begin(), v.half_center_previous.end(), out->half_center_previous);
+}
+
+void keratin_get_guides(const keratin_simulation* s, keratin_guides* out) {
+    const GuideView v = s->simulation.guides();
+    const AssetFields& fields = s->simulation.fields();
+    out->tile_count = v.position.empty() ? 0 : s->simulation.info().tile_count;
+    out->tile_first_row = pointer(fields.tile_first_row);
+    out->point_count = pointer(fields.guide_point_count);
+    out->strand = pointer(fields.guide_strand);
+    out->position = pointer(v.position);
+    out->previous = pointer(v.previous);
+    out->previous_step = v.previous_step;
 }
 
 void keratin_get_stats(const keratin_simulation* s, keratin_stats* out) {

@@ -143,6 +143,8 @@ Result<void> check_settings(const AssetInfo& info, const AssetFields& fields,
     if (!std::isfinite(settings.teleport_distance))
         return bad("teleport_distance", "must be finite");
     if (!std::isfinite(settings.sleep_speed)) return bad("sleep_speed", "must be finite");
+    if (!settings.host.allocate != !settings.host.release)
+        return bad("host", "must give both allocate and release, or neither");
     for (double v : settings.origin)
         if (!std::isfinite(v)) return bad("origin", "must be finite");
     for (std::size_t i = 0; i < settings.colliders.size(); ++i)
@@ -200,6 +202,7 @@ RunShape run_shape(const AssetInfo& info, const AssetFields& fields, const Setti
     s.volume = settings.passes.grid_volume && any_above_zero(info, &StrandParameters::volume);
     s.half = settings.output == OutputPrecision::float16;
     s.tangents = settings.tangents;
+    s.previous = settings.previous;
     s.grid_bricks_along = (settings.grid_resolution + kBrickSide - 1) / kBrickSide;
     s.classes = s.quads;
     return s;
@@ -259,6 +262,8 @@ std::uint64_t buffer_bytes(BufferId id, const RunShape& s) {
             return std::uint64_t{s.points} * 3 * (s.half ? 2 : sizeof(float));
         case BufferId::strand_tangent:
             return s.tangents ? std::uint64_t{s.points} * 3 * sizeof(float) : 0;
+        case BufferId::strand_previous:
+            return s.previous ? std::uint64_t{s.points} * 3 * (s.half ? 2 : sizeof(float)) : 0;
         case BufferId::quad_state:
             return s.quads * (sizeof(QuadClass) + 64);
         case BufferId::scratch:

@@ -45,10 +45,11 @@ enum class BufferId {
     guide_line,       // displacement of the guides' points, laid out for interpolation
     strand_position,  // output
     strand_tangent,   // output
+    strand_previous,  // output of the step before
     quad_state,       // per 64 guides: bounds, sleep, health
     scratch           // per thread
 };
-inline constexpr std::size_t kBufferCount = 17;
+inline constexpr std::size_t kBufferCount = 18;
 std::string_view name_of(BufferId buffer);
 
 struct PlannedPass {

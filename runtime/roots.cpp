@@ -1,8 +1,10 @@
 // The pass `skin`: root transforms from bones, triangles or the one motion of the asset.
+#include "runtime/parallel.h"
 #include "runtime/state.h"
 #include "schema/formula/barycentric.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 namespace keratin {
@@ -108,9 +110,9 @@ void skin_guides(Simulation::State& s) {
             write_lane(s.root_end.data(), lane, root);
         return;
     }
-    std::uint64_t refused = 0;
-#pragma omp parallel for num_threads(s.threads) schedule(static) reduction(+ : refused)
-    for (std::size_t tile = 0; tile < s.shape.tiles; ++tile) {
+    std::atomic<std::uint64_t> refused = 0;
+    const std::size_t even = even_grain(s.shape.tiles, s.threads);
+    share(s.settings.host, s.threads, s.shape.tiles, even, [&](std::size_t tile) {
         float* out = s.root_end.data() + tile * kRootFloats * kTileLanes;
         for (std::size_t lane = 0; lane < kTileLanes; ++lane) {
             const std::size_t index = tile * kTileLanes + lane;
@@ -135,7 +137,7 @@ void skin_guides(Simulation::State& s) {
             else if (s.fields.guide_point_count[index] > 0)
                 ++refused;
         }
-    }
+    });
     s.health.roots_refused += refused;
 }
 
@@ -148,25 +150,25 @@ void skin_strands(Simulation::State& s) {
         std::copy(v, v + kRootFloats, s.strand_root.data());
         return;
     }
-#pragma omp parallel for num_threads(s.threads) schedule(static)
-    for (std::uint32_t i = 0; i < s.strand_count; ++i) {
+    const std::size_t even = even_grain(s.strand_count, s.threads);
+    share(s.settings.host, s.threads, s.strand_count, even, [&](std::size_t i) {
         Root root;
         if (s.shape.by_triangle) {
-            const float* bary = s.fields.strand_barycentric.data() + std::size_t{i} * 2;
+            const float* bary = s.fields.strand_barycentric.data() + i * 2;
             root = triangle_root(s, s.strand_triangle_slot[i], bary[0], bary[1]);
         } else {
             const float* p =
                 s.fields.strand_position.data() + std::size_t{s.fields.strand_first_point[i]} * 3;
-            root = bone_root(s, s.fields.strand_bone.data() + std::size_t{i} * 4,
-                             s.fields.strand_bone_weight.data() + std::size_t{i} * 4,
+            root = bone_root(s, s.fields.strand_bone.data() + i * 4,
+                             s.fields.strand_bone_weight.data() + i * 4,
                              Vec3f(p[0], p[1], p[2]));
         }
-        if (!finite(root)) continue;
-        float* out = s.strand_root.data() + std::size_t{i} * kRootFloats;
+        if (!finite(root)) return;
+        float* out = s.strand_root.data() + i * kRootFloats;
         out[0] = root.rotation.x, out[1] = root.rotation.y, out[2] = root.rotation.z;
         out[3] = root.rotation.w, out[4] = root.translation.x, out[5] = root.translation.y;
         out[6] = root.translation.z;
-    }
+    });
 }
 
 std::uint64_t carry_jumps(Simulation::State& s, bool all, Velocity velocity) {
@@ -182,9 +184,9 @@ std::uint64_t carry_jumps(Simulation::State& s, bool all, Velocity velocity) {
         all = jumped(a, b, middle, far);
         if (!all) return 0;
     }
-    std::uint64_t carried = 0;
-#pragma omp parallel for num_threads(s.threads) schedule(static) reduction(+ : carried)
-    for (std::size_t tile = 0; tile < s.shape.tiles; ++tile) {
+    std::atomic<std::uint64_t> carried = 0;
+    const std::size_t even = even_grain(s.shape.tiles, s.threads);
+    share(s.settings.host, s.threads, s.shape.tiles, even, [&](std::size_t tile) {
         const float* end_tile = s.root_end.data() + tile * stride;
         const float* begin_tile = s.root_begin.data() + tile * stride;
         const std::size_t rows = s.quad_rows(tile / kQuadTiles);
@@ -210,7 +212,7 @@ std::uint64_t carry_jumps(Simulation::State& s, bool all, Velocity velocity) {
             if (!s.shape.one_motion) write_lane(s.root_begin.data() + tile * stride, lane, b);
             if (s.fields.guide_point_count[tile * kTileLanes + lane] > 0) ++carried;
         }
-    }
+    });
     if (s.shape.one_motion && carried > 0)
         std::copy(s.root_end.span().begin(), s.root_end.span().end(), s.root_begin.data());
     return carried;

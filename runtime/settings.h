@@ -2,6 +2,7 @@
 // by make_plan. SI units, y up, right-handed, quaternions (x, y, z, w).
 #pragma once
 
+#include "runtime/host.h"
 #include "runtime/lane/instruction_set.h"
 
 #include <array>
@@ -91,6 +92,7 @@ struct Settings {
     float lod = 1;
     OutputPrecision output = OutputPrecision::float32;
     bool tangents = false;  // also write unit tangents of the render strands (float)
+    bool previous = false;  // also keep the render strands of the step before, for motion vectors
 
     std::vector<Collider> colliders;
     // Colliders of the asset take part and move with it or its bones: its distance grid, or the
@@ -114,6 +116,8 @@ struct Settings {
     // World position that outputs and the solver count from, so that scenes far from the world's
     // origin keep their precision; see Simulation::set_origin.
     std::array<double, 3> origin{0, 0, 0};
+
+    Host host;
 };
 
 }  // namespace keratin

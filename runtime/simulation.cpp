@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace keratin {
 
@@ -44,41 +45,48 @@ Result<void> check_triangles(const AssetInfo& info, const AssetFields& fields,
 }
 
 void allocate(Simulation::State& s) {
+    const Host& host = s.settings.host;
     const RunShape& shape = s.shape;
     const std::size_t point_lanes = std::size_t{shape.rows} * kTileLanes;
     const auto planned = [&](BufferId id) { return s.plan.has(id); };
-    if (planned(BufferId::position)) s.position.allocate(point_lanes * 3);
-    if (planned(BufferId::previous)) s.previous.allocate(point_lanes * 3);
-    if (planned(BufferId::rest_edge)) s.rest_edge.allocate(point_lanes * 3);
+    if (planned(BufferId::position)) s.position.allocate(point_lanes * 3, host);
+    if (planned(BufferId::previous)) s.previous.allocate(point_lanes * 3, host);
+    if (planned(BufferId::rest_edge)) s.rest_edge.allocate(point_lanes * 3, host);
     if (planned(BufferId::root)) {
         const std::size_t floats = (shape.one_motion ? 1 : shape.tiles) * kRootFloats * kTileLanes;
-        s.root_begin.allocate(floats);
-        s.root_end.allocate(floats);
+        s.root_begin.allocate(floats, host);
+        s.root_end.allocate(floats, host);
     }
     if (planned(BufferId::strand_root))
-        s.strand_root.allocate((shape.one_motion ? 1 : std::size_t{shape.strands}) * kRootFloats);
-    if (planned(BufferId::guide_line)) s.line.allocate(point_lanes * 3);
+        s.strand_root.allocate((shape.one_motion ? 1 : std::size_t{shape.strands}) * kRootFloats, host);
+    if (planned(BufferId::guide_line)) s.line.allocate(point_lanes * 3, host);
     if (planned(BufferId::strand_position)) {
         if (shape.half)
-            s.strand_half.allocate(std::size_t{shape.points} * 3);
+            s.strand_half.allocate(std::size_t{shape.points} * 3, host);
         else
-            s.strand_position.allocate(std::size_t{shape.points} * 3);
+            s.strand_position.allocate(std::size_t{shape.points} * 3, host);
     }
-    if (planned(BufferId::strand_tangent)) s.strand_tangent.allocate(std::size_t{shape.points} * 3);
-    if (planned(BufferId::mesh_position)) s.mesh_next.allocate(std::size_t{shape.vertices} * 3);
+    if (planned(BufferId::strand_tangent)) s.strand_tangent.allocate(std::size_t{shape.points} * 3, host);
+    if (planned(BufferId::strand_previous)) {
+        if (shape.half)
+            s.strand_half_previous.allocate(std::size_t{shape.points} * 3, host);
+        else
+            s.strand_previous.allocate(std::size_t{shape.points} * 3, host);
+    }
+    if (planned(BufferId::mesh_position)) s.mesh_next.allocate(std::size_t{shape.vertices} * 3, host);
     if (planned(BufferId::triangle_slot)) {
-        if (shape.simulated) s.guide_triangle_slot.allocate(std::size_t{shape.tiles} * kTileLanes);
-        s.strand_triangle_slot.allocate(shape.strands);
+        if (shape.simulated) s.guide_triangle_slot.allocate(std::size_t{shape.tiles} * kTileLanes, host);
+        s.strand_triangle_slot.allocate(shape.strands, host);
     }
     if (planned(BufferId::grid_sum)) {
         const std::size_t bricks = std::size_t{shape.grid_bricks_along} * shape.grid_bricks_along *
                                    shape.grid_bricks_along;
         const std::size_t voxels = bricks * kBrickVoxels;
-        s.grid_momentum.allocate(voxels * 4 * shape.threads);
-        if (shape.volume) s.grid_filling.allocate(voxels * shape.threads);
-        s.grid_field.allocate(voxels * 4);
-        s.grid_touched.allocate(bricks * shape.threads);
-        s.grid_live.allocate(bricks);
+        s.grid_momentum.allocate(voxels * 4 * shape.threads, host);
+        if (shape.volume) s.grid_filling.allocate(voxels * shape.threads, host);
+        s.grid_field.allocate(voxels * 4, host);
+        s.grid_touched.allocate(bricks * shape.threads, host);
+        s.grid_live.allocate(bricks, host);
         for (std::size_t t = 0; t < shape.threads; ++t) {
             GridSums sums;
             sums.momentum = s.grid_momentum.data() + t * voxels * 4;
@@ -88,16 +96,16 @@ void allocate(Simulation::State& s) {
         }
     }
     if (planned(BufferId::collider)) {
-        s.solids.allocate(shape.colliders);
-        s.poses.allocate(std::size_t{shape.colliders} * kStepsAtOnce);
+        s.solids.allocate(shape.colliders, host);
+        s.poses.allocate(std::size_t{shape.colliders} * kStepsAtOnce, host);
     }
     if (planned(BufferId::quad_state)) {
-        s.quads.allocate(shape.quads);
-        s.classes.allocate(s.class_keys.size());
+        s.quads.allocate(shape.quads, host);
+        s.classes.allocate(s.class_keys.size(), host);
     }
     if (planned(BufferId::scratch)) {
         s.scratch_stride = (slot_count * std::size_t{shape.longest} + root_slot_count) * kQuadLanes;
-        s.scratch.allocate(s.scratch_stride * shape.threads);
+        s.scratch.allocate(s.scratch_stride * shape.threads, host);
     }
 }
 
@@ -158,6 +166,29 @@ void mean_values(Simulation::State& s) {
                            m.radius2 / box);
 }
 
+// Render strands have not moved: the step before is as this one, from strand `first` on.
+void stand_still(Simulation::State& s, std::uint32_t first = 0) {
+    const std::size_t from =
+        first > 0 ? std::size_t{s.fields.strand_first_point[first]} * 3 : 0;
+    if (s.strand_previous.size() > 0)
+        std::copy(s.strand_position.span().begin() + from, s.strand_position.span().end(),
+                  s.strand_previous.data() + from);
+    if (s.strand_half_previous.size() > 0)
+        std::copy(s.strand_half.span().begin() + from, s.strand_half.span().end(),
+                  s.strand_half_previous.data() + from);
+    s.half_center_previous = s.half_center;
+    s.written_count = s.strand_count;
+}
+
+// Before a step writes them anew, what was written becomes the step before.
+void keep_strands(Simulation::State& s) {
+    if (s.strand_previous.size() > 0) std::swap(s.strand_position, s.strand_previous);
+    if (s.strand_half_previous.size() > 0) {
+        std::swap(s.strand_half, s.strand_half_previous);
+        s.half_center_previous = s.half_center;
+    }
+}
+
 void rest_everything(Simulation::State& s) {
     pose_bones(s);
     if (s.simulated()) {
@@ -174,6 +205,15 @@ void rest_everything(Simulation::State& s) {
     s.collider_now = s.collider_next;
     s.first_step = true;
     s.previous_step = 0;
+    stand_still(s);
+}
+
+void log(const Simulation::State& s, LogLevel level, const char* format, auto... values) {
+    const Host& host = s.settings.host;
+    if (!host.log) return;
+    char line[160];
+    std::snprintf(line, sizeof line, format, values...);
+    host.log(host.user, level, line);
 }
 
 }  // namespace
@@ -209,7 +249,12 @@ Result<Simulation> Simulation::create(const AssetInfo& info, const AssetFields& 
 
     std::vector<std::uint32_t> class_of;
     if (s.simulated()) sort_classes(s, class_of);
-    allocate(s);
+    try {
+        allocate(s);
+    } catch (const std::bad_alloc&) {
+        return Error{ErrorCode::io, "memory",
+                     "there are no " + std::to_string(s.plan.total_bytes()) + " bytes"};
+    }
     for (std::uint32_t q = 0; q < s.quads.size(); ++q) {
         s.quads[q].group_class = class_of[q];
         for (std::size_t l = 0; l < kQuadLanes; ++l)
@@ -232,6 +277,8 @@ Result<Simulation> Simulation::create(const AssetInfo& info, const AssetFields& 
     }
     s.collider_next.resize(std::max(s.collider_next.size(), s.solids.size()));
     rest_everything(s);
+    log(s, LogLevel::note, "%u guides, %u render strands, %llu bytes", s.info.guide_count,
+        s.shape.strands, static_cast<unsigned long long>(s.plan.total_bytes()));
     return Simulation(std::move(state));
 }
 
@@ -313,7 +360,25 @@ Result<void> Simulation::set_lod(float share) {
     return {};
 }
 
-Result<void> Simulation::step(double h) { return advance(*state_, h); }
+Result<void> Simulation::step(double h) {
+    State& s = *state_;
+    const HealthCounters before = s.health;
+    keep_strands(s);
+    if (auto done = advance(s, h); !done) {
+        keep_strands(s);
+        return done;
+    }
+    // Strands that a higher level of detail has just brought in have no step before.
+    if (s.strand_count > s.written_count) stand_still(s, s.written_count);
+    s.written_count = s.strand_count;
+    if (const auto reset = s.health.strands_reset - before.strands_reset; reset > 0)
+        log(s, LogLevel::warning, "%llu strands were not finite and were put back to rest",
+            static_cast<unsigned long long>(reset));
+    if (const auto roots = s.health.roots_refused - before.roots_refused; roots > 0)
+        log(s, LogLevel::warning, "%llu roots were not finite and stay where they were",
+            static_cast<unsigned long long>(roots));
+    return {};
+}
 
 void Simulation::reset() {
     rest_everything(*state_);
@@ -338,6 +403,7 @@ void Simulation::teleport(Velocity velocity) {
     s.motion_now = s.motion_next;
     s.bones_now = s.bones_next;
     s.collider_now = s.collider_next;
+    stand_still(s);
 }
 
 const std::array<double, 3>& Simulation::origin() const { return state_->settings.origin; }
@@ -359,6 +425,8 @@ void Simulation::set_origin(const std::array<double, 3>& origin) {
         for (int c = 0; c < 3; ++c) q.bounds_min[c] += shift[c], q.bounds_max[c] += shift[c];
     if (s.strand_root.size() > 0) skin_strands(s);
     write_strands(s);
+    for (std::size_t i = 0; i < s.strand_previous.size(); ++i) s.strand_previous[i] += shift[i % 3];
+    for (std::size_t c = 0; c < 3; ++c) s.half_center_previous[c] += shift[c];
 }
 
 double Simulation::time() const { return state_->time; }
@@ -375,6 +443,9 @@ StrandView Simulation::strands() const {
     v.position = s.strand_position.span();
     v.position_half = s.strand_half.span();
     v.tangent = s.strand_tangent.span();
+    v.previous = s.strand_previous.span();
+    v.previous_half = s.strand_half_previous.span();
+    v.half_center_previous = s.half_center_previous;
     v.radius = s.fields.strand_radius;
     v.uv = s.fields.strand_uv;
     v.id = s.fields.strand_id;
@@ -528,6 +599,7 @@ Result<void> Simulation::load(std::span<const std::byte> bytes) {
         at += n;
     });
     write_strands(s);
+    stand_still(s);
     return {};
 }
 

@@ -11,7 +11,7 @@
 // Positions handed out count from origin() (by default the world's). The asset, or the memory
 // behind its fields, must outlive the simulation; several simulations may share one asset. A
 // Simulation is used by one thread at a time; different ones may run at the same time. No global
-// state.
+// state. A host may lend memory and threads and take messages (host.h).
 #pragma once
 
 #include "runtime/plan.h"
@@ -37,13 +37,20 @@ struct GuideView {
 };
 
 // Render strands. positions of strand s: points first_point[s] .. first_point[s + 1], xyz
-// interleaved.
+// interleaved. With Settings::previous a step swaps the buffers of position and previous: take the
+// view anew after each.
 struct StrandView {
     std::span<const std::uint32_t> first_point;  // [strands + 1]
     std::span<const float> position;             // [points * 3] m; empty with half output
     std::span<const std::uint16_t>
         position_half;                   // [points * 3] m as IEEE half, relative to half_center
     std::span<const float> tangent;      // [points * 3] unit; empty unless asked for
+    // Where the same points were before the last step, from the present origin; as position is after a
+    // reset, teleport, load, or for strands that a higher level of detail brings in. Empty unless
+    // asked for.
+    std::span<const float> previous;
+    std::span<const std::uint16_t> previous_half;  // relative to half_center_previous
+    std::array<float, 3> half_center_previous{};
     std::span<const float> radius;       // [strands] m at the root; empty: the group's
     std::span<const float> uv;           // [strands * 2]; empty without
     std::span<const std::uint32_t> id;   // [strands]

@@ -36,15 +36,20 @@ inline RigidTransform chained(const RigidTransform& a, const RigidTransform& b) 
                         rotate(rotation_of(a), translation_of(b)) + translation_of(a));
 }
 
-// Memory aligned for any vector, zeroed; never grows.
+// Memory aligned for any vector, zeroed, the host's where it lends some; never grows. Throws
+// std::bad_alloc.
 template <class T>
 class Block64 {
   public:
-    void allocate(std::size_t count) {
+    void allocate(std::size_t count, const Host& host) {
         count_ = count;
         if (count == 0) return;
-        data_.reset(static_cast<T*>(::operator new (count * sizeof(T), std::align_val_t{64})));
-        std::memset(static_cast<void*>(data_.get()), 0, count * sizeof(T));
+        const std::size_t bytes = count * sizeof(T);
+        void* memory = host.allocate ? host.allocate(host.user, bytes, kAlignment)
+                                     : ::operator new (bytes, std::align_val_t{kAlignment});
+        if (!memory) throw std::bad_alloc();
+        data_ = std::unique_ptr<T, Free>(static_cast<T*>(memory), Free{host, bytes});
+        std::memset(memory, 0, bytes);
     }
     T* data() { return data_.get(); }
     const T* data() const { return data_.get(); }
@@ -55,8 +60,16 @@ class Block64 {
     const T& operator[](std::size_t i) const { return data_.get()[i]; }
 
   private:
+    static constexpr std::size_t kAlignment = 64;
     struct Free {
-        void operator()(T* p) const { ::operator delete (p, std::align_val_t{64}); }
+        Host host;
+        std::size_t bytes = 0;
+        void operator()(T* p) const {
+            if (host.release)
+                host.release(host.user, p, bytes, kAlignment);
+            else
+                ::operator delete (p, std::align_val_t{kAlignment});
+        }
     };
     std::unique_ptr<T, Free> data_;
     std::size_t count_ = 0;
@@ -99,8 +112,10 @@ struct Simulation::State {
 
     // Buffers.
     Block64<float> position, previous, rest_edge, root_begin, root_end, strand_root, line;
-    Block64<float> strand_position, strand_tangent;
-    Block64<std::uint16_t> strand_half;
+    Block64<float> strand_position, strand_tangent, strand_previous;
+    Block64<std::uint16_t> strand_half, strand_half_previous;
+    std::array<float, 3> half_center_previous{};
+    std::uint32_t written_count = 0;  // render strands that the last step wrote
     Block64<std::uint32_t> guide_triangle_slot, strand_triangle_slot;
     Block64<std::int64_t> grid_momentum, grid_filling;
     Block64<float> grid_field;

@@ -5,4 +5,5 @@
     X(strand_root, float, read)      \
     X(guide_line, float, update)     \
     X(strand_position, float, write) \
-    X(strand_tangent, float, write)
+    X(strand_tangent, float, write)  \
+    X(strand_previous, float, read)
