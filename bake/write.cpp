@@ -3,6 +3,7 @@
 #include "asset_generated.h"
 #include "schema/asset_check.h"
 #include "schema/file_hash.h"
+#include "schema/packed_positions.h"
 
 #include <limits>
 
@@ -39,13 +40,20 @@ flatbuffers::Offset<fb::Group> add(flatbuffers::FlatBufferBuilder& builder,
 
 }  // namespace
 
-Result<std::vector<std::byte>> serialise_asset(const AssetInfo& info, const AssetFields& fields,
+Result<std::vector<std::byte>> serialise_asset(const AssetInfo& info, const AssetFields& all,
                                                const std::string& name) {
-    if (auto ok = check_asset(info, fields, name); !ok) return ok.error();
+    if (auto ok = check_asset(info, all, name); !ok) return ok.error();
+    AssetFields fields = all;
+    PackedPositions packed;
+    if (info.packed) {
+        packed = pack_positions(all.strand_first_point, all.strand_position);
+        fields.strand_position = {};
+    }
     std::size_t bulk = 0;
     for_each_field(fields, [&](const FieldDescription&, auto values) {
         bulk += values.size_bytes() + 2 * kFieldAlignment;
     });
+    bulk += sizeof(float) * (packed.packed.size() + packed.root.size() + packed.step.size());
     if (bulk + kTableBytes > std::numeric_limits<std::int32_t>::max())
         return Error{ErrorCode::input, name,
                      "the asset would have " + std::to_string(bulk) +
@@ -57,6 +65,11 @@ Result<std::vector<std::byte>> serialise_asset(const AssetInfo& info, const Asse
     const auto field = add<element>(builder, fields.field, Presence::presence);
     KERATIN_ASSET_FIELDS(X)
 #undef X
+
+    const auto packed_position =
+        add<std::uint32_t>(builder, packed.packed, Presence::optional);
+    const auto packed_root = add<float>(builder, packed.root, Presence::optional);
+    const auto packed_step = add<float>(builder, packed.step, Presence::optional);
 
     std::vector<flatbuffers::Offset<fb::Group>> groups;
     for (const GroupInfo& group : info.groups) groups.push_back(add(builder, group));
@@ -78,6 +91,16 @@ Result<std::vector<std::byte>> serialise_asset(const AssetInfo& info, const Asse
             fb::CreateDistanceGrid(builder, &origin, grid.spacing, grid.bricks[0], grid.bricks[1],
                                    grid.bricks[2], grid.stored_bricks, grid.bone, grid.max_error);
     }
+    std::vector<flatbuffers::Offset<fb::Level>> levels;
+    for (const LevelOfDetail& level : info.levels) {
+        levels.push_back(fb::CreateLevel(builder, level.strand_count, level.width_scale));
+    }
+    flatbuffers::Offset<fb::GuideError> guide_error;
+    if (const GuideError& error = info.guide_error; !error.method.empty()) {
+        guide_error = fb::CreateGuideErrorDirect(builder, error.method.c_str(), error.mean,
+                                                 error.p95, error.max);
+    }
+    const auto levels_at = levels.empty() ? 0 : builder.CreateVector(levels);
     const auto tool_version = builder.CreateString(info.tool_version);
     const auto inputs_at = builder.CreateVector(inputs);
     const auto groups_at = builder.CreateVector(groups);
@@ -110,6 +133,12 @@ Result<std::vector<std::byte>> serialise_asset(const AssetInfo& info, const Asse
     asset.add_mesh_triangle_count(info.mesh_triangle_count);
     asset.add_mesh_topology_hash(&topology);
     asset.add_distance_grid(distance_grid);
+    asset.add_packed_position(packed_position);
+    asset.add_packed_root(packed_root);
+    asset.add_packed_step(packed_step);
+    if (info.packed) asset.add_packed_max_error(info.packed_max_error);
+    asset.add_levels(levels_at);
+    asset.add_guide_error(guide_error);
     asset.add_bounds_min(&bounds_min);
     asset.add_bounds_max(&bounds_max);
 #define X(field, element, domain, components, presence, target, unit, meaning) \

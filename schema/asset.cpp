@@ -42,4 +42,22 @@ std::uint64_t domain_count(const AssetInfo& info, Domain domain) {
     return 0;
 }
 
+float width_scale(std::span<const LevelOfDetail> levels, std::uint32_t strand_count,
+                  std::uint32_t drawn) {
+    if (drawn == 0 || drawn >= strand_count) return 1;
+    // Ends of the piece that `drawn` lies on: strands drawn, share covered.
+    double more = strand_count, more_share = 1, less = 0, less_share = 0;
+    for (const LevelOfDetail& level : levels) {
+        const double share = 1.0 / double{level.width_scale};
+        if (level.strand_count >= drawn) {
+            more = level.strand_count, more_share = share;
+        } else {
+            less = level.strand_count, less_share = share;
+            break;
+        }
+    }
+    const double t = more > less ? (double(drawn) - less) / (more - less) : 1;
+    return static_cast<float>(1.0 / (less_share + t * (more_share - less_share)));
+}
+
 }  // namespace keratin

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,7 @@ namespace keratin {
 // The revision of the format this code writes. A reader refuses another major revision; a minor
 // revision only adds fields.
 inline constexpr std::uint16_t kAssetMajor = 1;
-inline constexpr std::uint16_t kAssetMinor = 0;
+inline constexpr std::uint16_t kAssetMinor = 1;
 
 struct Hash128 {
     std::uint64_t low = 0, high = 0;
@@ -78,6 +79,28 @@ struct DistanceGridInfo {
     float max_error = 0;     // m, measured at the mesh and half-way between nodes
 };
 
+// How wide the first strand_count render strands are drawn to cover what all cover at width 1: the
+// sum of length times radius of all strands over that of the prefix.
+struct LevelOfDetail {
+    std::uint32_t strand_count = 0;
+    float width_scale = 1;
+    bool operator==(const LevelOfDetail&) const = default;
+};
+
+// Factor on the widths when the first `drawn` of `strand_count` render strands are drawn: the covered
+// share runs straight between the levels. Without levels (assets before revision 1.1), or above the
+// first, every strand counts alike. 1 when nothing is drawn.
+float width_scale(std::span<const LevelOfDetail> levels, std::uint32_t strand_count,
+                  std::uint32_t drawn);
+
+// How far render strands, interpolated from the guides, were from where they would have been had
+// they been simulated themselves, in a motion of the bake's own (bake/stage/motion.h).
+struct GuideError {
+    std::string method;             // by which the guides were chosen; empty: not measured
+    float mean = 0, p95 = 0, max = 0;  // m, over points and frames
+    bool operator==(const GuideError&) const = default;
+};
+
 // A file the bake read: its role, its name without folder, the hash of its content.
 struct InputRecord {
     std::string role;  // "curves", "mesh", "bones"
@@ -98,6 +121,10 @@ struct AssetInfo {
     std::vector<std::string> bones;  // empty: one rigid motion carries everything
     std::vector<AssetCollider> colliders;
     DistanceGridInfo distance_grid;
+    std::vector<LevelOfDetail> levels;  // fewer and fewer strands; empty: not stored
+    GuideError guide_error;
+    bool packed = false;          // the file holds strand_position in 16 bits a coordinate
+    float packed_max_error = 0;   // m, distance of a stored point from the baked one
 
     std::uint32_t tile_count = 0;      // multiple of kQuadTiles
     std::uint32_t row_count = 0;       // = tile_first_row[tile_count]

@@ -161,6 +161,21 @@ Result<void> Check::info_ranges() const {
             return error("colliders[", c, "].bone is ", collider.bone, ", outside the ",
                          info.bones.size(), " bones");
     }
+    if (!(std::isfinite(info.packed_max_error) && info.packed_max_error >= 0))
+        return error("packed_max_error is ", info.packed_max_error, "; it must be >= 0");
+    for (std::size_t i = 0; i < info.levels.size(); ++i) {
+        const auto& [strands, scale] = info.levels[i];
+        if (strands < 1 || strands >= (i > 0 ? info.levels[i - 1].strand_count : info.strand_count))
+            return error("levels[", i, "] has ", strands,
+                         " strands; levels have fewer and fewer, all fewer than the asset");
+        const float least = i > 0 ? info.levels[i - 1].width_scale : 1;
+        if (!(std::isfinite(scale) && scale >= least))
+            return error("levels[", i, "] scales widths by ", scale, "; it must be >= ", least);
+    }
+    const GuideError& guides = info.guide_error;
+    for (const float distance : {guides.mean, guides.p95, guides.max})
+        if (!(std::isfinite(distance) && distance >= 0))
+            return error("guide_error holds ", distance, "; it must be >= 0");
     for (int axis = 0; axis < 3; ++axis)
         if (!std::isfinite(info.bounds_min[axis]) || !std::isfinite(info.bounds_max[axis]))
             return error("the bounds are not finite");

@@ -4,7 +4,9 @@
 #include "schema/asset_check.h"
 #include "schema/file_hash.h"
 #include "schema/mapped_file.h"
+#include "schema/packed_positions.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <limits>
@@ -95,6 +97,13 @@ AssetInfo to_info(const fb::Asset& asset) {
                               grid->stored_bricks(),
                               grid->bone(),
                               grid->max_error()};
+    info.packed = asset.packed_position() != nullptr;
+    info.packed_max_error = asset.packed_max_error();
+    if (asset.levels())
+        for (const fb::Level* level : *asset.levels())
+            info.levels.push_back({level->strand_count(), level->width_scale()});
+    if (const fb::GuideError* error = asset.guide_error())
+        info.guide_error = {error->method()->str(), error->mean(), error->p95(), error->max()};
     info.tile_count = asset.tile_count();
     info.row_count = asset.row_count();
     info.guide_count = asset.guide_count();
@@ -137,6 +146,37 @@ Result<AssetView> AssetView::from_memory(std::span<const std::byte> bytes, const
     AssetView view;
     if (auto ok = view.read(bytes, name, verify); !ok) return ok.error();
     return view;
+}
+
+// The floats that strand_position stands for. Nothing is allocated before it is known to fit the
+// file: unpacked points take twice the room of packed ones.
+Result<void> AssetView::unpack(std::span<const std::uint32_t> packed, std::span<const float> root,
+                               std::span<const float> step, const std::string& name) {
+    const auto refuse = [&](const std::string& field, std::uint64_t size, std::uint64_t expected) {
+        return Error{ErrorCode::input, name,
+                     field + " has " + std::to_string(size) + " elements instead of " +
+                         std::to_string(expected)};
+    };
+    const std::uint64_t strands = info_.strand_count, points = info_.point_count;
+    if (!fields_.strand_position.empty())
+        return refuse("strand_position, beside packed_position,", fields_.strand_position.size(),
+                      0);
+    if (packed.size() != packed_words(points))
+        return refuse("packed_position", packed.size(), packed_words(points));
+    if (root.size() != 3 * strands) return refuse("packed_root", root.size(), 3 * strands);
+    if (step.size() != strands) return refuse("packed_step", step.size(), strands);
+    const auto& first = fields_.strand_first_point;
+    if (first.size() != strands + 1)
+        return refuse("strand_first_point", first.size(), strands + 1);
+    if (first.front() != 0 || first.back() != points ||
+        !std::is_sorted(first.begin(), first.end()))
+        return Error{ErrorCode::input, name,
+                     "strand_first_point does not ascend from 0 to " + std::to_string(points)};
+    unpacked_.resize((3 * points + kBlockFloats - 1) / kBlockFloats);
+    const std::span<float> position(unpacked_.data()->values, 3 * points);
+    unpack_positions(first, packed, root, step, position);
+    fields_.strand_position = position;
+    return {};
 }
 
 Result<void> AssetView::read(std::span<const std::byte> bytes, const std::string& name,
@@ -182,6 +222,11 @@ Result<void> AssetView::read(std::span<const std::byte> bytes, const std::string
     KERATIN_ASSET_FIELDS(X)
 #undef X
     if (!aligned) return refuse("the file is damaged: a field does not start at a multiple of 32");
+    if (info_.packed) {
+        const auto packed = span_of(asset.packed_position());
+        const auto root = span_of(asset.packed_root()), step = span_of(asset.packed_step());
+        if (auto ok = unpack(packed, root, step, name); !ok) return ok;
+    }
     return check_asset(info_, fields_, name);
 }
 

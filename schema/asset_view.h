@@ -1,5 +1,5 @@
-// Opens an asset: maps the file, verifies it once, hands out spans into the mapping. The only
-// reader of assets.
+// Opens an asset: maps the file, verifies it once, hands out spans into the mapping; packed
+// positions alone are unpacked into memory of the view. The only reader of assets.
 #pragma once
 
 #include "schema/asset.h"
@@ -9,6 +9,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace keratin {
 
@@ -38,9 +39,18 @@ class AssetView {
   private:
     struct Mapping;
     AssetView();
+    Result<void> unpack(std::span<const std::uint32_t> packed, std::span<const float> root,
+                        std::span<const float> step, const std::string& name);
     Result<void> read(std::span<const std::byte> bytes, const std::string& name, Verify verify);
 
+    // Bulk fields start at multiples of 32 bytes, those made here too.
+    static constexpr std::size_t kBlockFloats = 8;
+    struct alignas(32) Block {
+        float values[kBlockFloats];
+    };
+
     std::unique_ptr<Mapping> mapping_;
+    std::vector<Block> unpacked_;  // strand_position of an asset that stores it packed
     std::span<const std::byte> bytes_;
     AssetInfo info_;
     AssetFields fields_;

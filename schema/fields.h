@@ -10,6 +10,8 @@
 //     target      for indices: the Domain they must stay inside; none for numbers
 //     unit        of one element; "1" for pure numbers and indices
 //
+// The file may hold strand_position packed (schema/packed_positions.h); the opener unpacks it.
+//
 // Index layout of the tiled domains (lane, row): schema/layout.h. All other domains are
 // interleaved: component c of item i at i * components + c. The groom space of an asset is metres,
 // y up, right-handed, with the body in the pose it was bound in.

@@ -20,6 +20,7 @@ To same_word(From from) {
 }
 static_assert(int(RootEnd::last) == int(fb::RootEnd::last));
 static_assert(int(UpAxis::z) == int(fb::UpAxis::z) && int(UpAxis::x) == int(fb::UpAxis::x));
+static_assert(int(Handedness::left) == int(fb::Handedness::left));
 static_assert(int(GuideMethod::kmeans) == int(fb::GuideMethod::kmeans) &&
               int(GuideMethod::motion) == int(fb::GuideMethod::motion));
 static_assert(int(MeshKeep::bound) == int(fb::MeshKeep::bound) &&
@@ -148,12 +149,14 @@ std::vector<std::string> defaulted_fields(const fb::Recipe& in) {
     };
     note(in.scale().has_value(), "scale");
     note(in.up_axis().has_value(), "up_axis");
+    note(in.handedness().has_value(), "handedness");
     note(in.points_per_strand().has_value() || in.max_error().has_value(), "points_per_strand");
     note(in.mesh() && in.mesh()->keep().has_value(), "mesh.keep");
     const fb::Guides* guides = in.guides();
     note(guides && guides->fraction().has_value(), "guides.fraction");
     note(guides && guides->method().has_value(), "guides.method");
     note(guides && guides->seed().has_value(), "guides.seed");
+    note(guides && guides->measure().has_value(), "guides.measure");
     note(in.attach().has_value(), "attach");
     const fb::Material* material = in.material();
     note(material && (material->radius().has_value() || material->radii()), "material.radius");
@@ -172,6 +175,7 @@ std::vector<std::string> defaulted_fields(const fb::Recipe& in) {
          "strand.wind_response");
     note(in.colliders().has_value(), "colliders");
     note(in.push_out().has_value(), "push_out");
+    note(in.quantise() != nullptr, "quantise");
     return out;
 }
 
@@ -193,12 +197,14 @@ Result<Recipe> parse_recipe(const std::string& text, const std::string& name,
     }
     if (in.scale()) out.scale = *in.scale();
     if (in.up_axis()) out.up_axis = same_word<UpAxis>(*in.up_axis());
+    if (in.handedness()) out.handedness = same_word<Handedness>(*in.handedness());
     if (in.points_per_strand()) out.points_per_strand = *in.points_per_strand();
     if (in.max_error()) out.max_error = *in.max_error();
     if (const fb::Guides* guides = in.guides()) {
         if (guides->fraction()) out.guide_fraction = *guides->fraction();
         if (guides->method()) out.guide_method = same_word<GuideMethod>(*guides->method());
         if (guides->seed()) out.guide_seed = *guides->seed();
+        if (guides->measure()) out.guide_measure = *guides->measure();
     }
     if (in.attach()) out.attach = same_word<Attach>(*in.attach());
     if (auto ok = read_material(json, "material", in.material(), out.material); !ok)
@@ -211,6 +217,10 @@ Result<Recipe> parse_recipe(const std::string& text, const std::string& name,
         out.distance_grid = true;
         if (grid->spacing()) out.distance_grid_spacing = *grid->spacing();
         if (grid->margin()) out.distance_grid_margin = *grid->margin();
+    }
+    if (const fb::Quantise* quantise = in.quantise()) {
+        out.quantise = true;
+        if (quantise->max_error()) out.quantise_max_error = *quantise->max_error();
     }
     if (auto ok = check_together(json, out); !ok) return ok.error();
     out.defaulted = defaulted_fields(in);

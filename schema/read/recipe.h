@@ -13,6 +13,7 @@
 
 namespace keratin {
 
+enum class Handedness { right, left };
 enum class RootEnd { automatic, first, last };  // automatic: the end nearer to the mesh
 enum class GuideMethod { random, kmeans, authored, motion };
 enum class MeshKeep { automatic, none, bound, all };  // automatic: bound when attach is triangle
@@ -42,12 +43,14 @@ struct Recipe {
     MeshKeep mesh_keep = MeshKeep::automatic;
     double scale = 1;  // m per file unit
     UpAxis up_axis = UpAxis::y;
+    Handedness handedness = Handedness::right;  // of the files' axes
     std::optional<std::uint32_t>
         points_per_strand;            // 2..1024; default 16 when max_error is absent too
     std::optional<double> max_error;  // m
     double guide_fraction = 0.1;      // (0, 1]
     GuideMethod guide_method = GuideMethod::kmeans;
     std::uint64_t guide_seed = 1;
+    std::optional<bool> guide_measure;  // measure the guides' error in motion; absent: small grooms
     Attach attach = Attach::bone;
     Material material;
     StrandParameters strand;
@@ -57,6 +60,8 @@ struct Recipe {
     bool distance_grid = false;                   // store signed distances to the mesh
     std::optional<double> distance_grid_spacing;  // m; absent: from the size of the body
     double distance_grid_margin = 0;              // m, by which hair is kept off the mesh
+    bool quantise = false;                        // store strand_position in 16 bits a coordinate
+    double quantise_max_error = 5e-5;             // m, a point may move by no more
     // Fields that the recipe left to their default, as paths, for --explain.
     std::vector<std::string> defaulted;
 };

@@ -6,6 +6,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -171,6 +173,56 @@ TEST_CASE("the writer refuses what the opener would refuse, and names field and 
           "attach is triangle");
     names(message_of([](SmallAsset& a) { a.info.colliders[0].bone = 2; }),
           "colliders[0].bone is 2");
+    names(message_of([](SmallAsset& a) { a.info.levels = {{7, 1}}; }), "levels[0] has 7 strands");
+    names(message_of([](SmallAsset& a) {
+              a.info.levels = {{4, 2}, {2, 1.5f}};
+          }),
+          "levels[1] scales widths by 1.5");
+    names(message_of([](SmallAsset& a) { a.info.guide_error = {"kmeans", -1, 0, 0}; }),
+          "guide_error holds -1");
+}
+
+TEST_CASE("packed positions come back within their error, and packing them again changes nothing") {
+    SmallAsset asset = test::small_asset();
+    for (std::size_t i = 0; i < asset.strand_position.size(); ++i)
+        asset.strand_position[i] += 1e-3f * std::sin(float(i)) + 1.5f;
+    asset.info.packed = true;
+    asset.info.packed_max_error = 1e-6f;
+    AlignedBytes file(written(asset));
+    const auto view = AssetView::from_memory(file.bytes(), "test.kera");
+    if (!view) FAIL(to_string(view.error()));
+    CHECK(view->info().packed);
+    CHECK(view->info().packed_max_error == 1e-6f);
+    const auto position = view->fields().strand_position;
+    REQUIRE(position.size() == asset.strand_position.size());
+    const float extent = *std::max_element(asset.strand_position.begin(), asset.strand_position.end()) -
+                         *std::min_element(asset.strand_position.begin(), asset.strand_position.end());
+    float error = 0;
+    for (std::size_t i = 0; i < position.size(); ++i)
+        error = std::max(error, std::abs(position[i] - asset.strand_position[i]));
+    CHECK(error > 0);
+    CHECK(error < extent / 32767);  // half of a step of at most two 32767ths
+    // The numbers of each strand's root are exact.
+    for (std::size_t s = 0; s + 1 < asset.strand_first_point.size(); ++s)
+        for (std::size_t c = 0; c < 3; ++c)
+            CHECK(position[3 * asset.strand_first_point[s] + c] ==
+                  asset.strand_position[3 * asset.strand_first_point[s] + c]);
+    asset.strand_position.assign(position.begin(), position.end());
+    const std::vector<std::byte> again = written(asset);
+    CHECK(std::equal(again.begin(), again.end(), file.bytes().begin(), file.bytes().end()));
+}
+
+TEST_CASE("widths grow so that a prefix covers what all strands cover") {
+    CHECK(width_scale({}, 100, 25) == Approx(4));
+    CHECK(width_scale({}, 100, 100) == 1);
+    CHECK(width_scale({}, 100, 0) == 1);
+    // The first half covers two fifths, the first tenth a twentieth.
+    const std::vector<LevelOfDetail> levels{{50, 2.5f}, {10, 20}};
+    CHECK(width_scale(levels, 100, 50) == Approx(2.5));
+    CHECK(width_scale(levels, 100, 10) == Approx(20));
+    CHECK(width_scale(levels, 100, 30) == Approx(1 / (0.05 + 0.35 / 2)));
+    CHECK(width_scale(levels, 100, 75) == Approx(1 / 0.7));
+    CHECK(width_scale(levels, 100, 5) == Approx(40));
 }
 
 TEST_CASE("a failed write leaves the old file as it was") {

@@ -940,6 +940,33 @@ void Comparer::compare_info(Report& report) const {
                       report.settings);
     }
 
+    const auto storage = [](const AssetInfo& info) -> std::string {
+        return info.packed ? "16 bits" : "floats";
+    };
+    compare_value("strand_position stored as", storage(a), storage(b), report.settings);
+    // What follows from the fields says nothing new where they differ; revision 1.0 has neither.
+    const bool same_data =
+        report.strands.added_count + report.strands.removed_count == 0 &&
+        std::none_of(report.fields.begin(), report.fields.end(),
+                     [](const auto& f) { return f.differs(); });
+    if (same_data && !a.levels.empty() && !b.levels.empty()) {
+        const auto text = [](const std::vector<LevelOfDetail>& levels) {
+            std::string out;
+            for (const LevelOfDetail& level : levels)
+                out += (out.empty() ? "" : ", ") + std::to_string(level.strand_count) + ": " +
+                       value_text(level.width_scale);
+            return out;
+        };
+        compare_value("levels", text(a.levels), text(b.levels), report.settings);
+    }
+    if (same_data && !a.guide_error.method.empty() && !b.guide_error.method.empty()) {
+        compare_value("guide_error.method", a.guide_error.method, b.guide_error.method,
+                      report.settings);
+        compare_value("guide_error.mean", a.guide_error.mean, b.guide_error.mean, report.settings);
+        compare_value("guide_error.p95", a.guide_error.p95, b.guide_error.p95, report.settings);
+        compare_value("guide_error.max", a.guide_error.max, b.guide_error.max, report.settings);
+    }
+
     compare_value("recipe", a.recipe_hash, b.recipe_hash, report.recipe);
     const auto label = [](const InputRecord& input) { return input.role + " " + input.name; };
     const auto labels = [&](const std::vector<InputRecord>& inputs) {

@@ -93,6 +93,12 @@ std::string summary_text(const AssetView& asset) {
     for (const GroupInfo& group : info.groups) add_group(group, lines);
     for (const std::string& bone : info.bones) lines.add("bone", bone);
     add_colliders(info.colliders, lines);
+    if (const GuideError& error = info.guide_error; !error.method.empty())
+        lines.add("guide_error", error.method, "mean", error.mean, "p95", error.p95, "max",
+                  error.max);
+    if (info.packed) lines.add("strand_position in 16 bits, error", info.packed_max_error);
+    for (const LevelOfDetail& level : info.levels)
+        lines.add("level", level.strand_count, "strands, width", level.width_scale);
     for_each_field(asset.fields(), [&](const FieldDescription& field, auto values) {
         const std::string name = "field " + std::string(field.name);
         if (values.empty()) return lines.add(name, "none");

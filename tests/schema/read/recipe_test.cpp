@@ -34,7 +34,7 @@ TEST_CASE("a recipe with nothing but curves takes every default and says so") {
     CHECK(recipe->strand == StrandParameters{});
     CHECK(recipe->material == Material{});
     CHECK(std::count(recipe->defaulted.begin(), recipe->defaulted.end(), "guides.fraction") == 1);
-    CHECK(recipe->defaulted.size() == 22);
+    CHECK(recipe->defaulted.size() == 25);
 }
 
 TEST_CASE("every field of a recipe is read") {
@@ -46,7 +46,9 @@ TEST_CASE("every field of a recipe is read") {
         { "file": "/abs/b.obj", "root_end": "auto" } ],
       "mesh": { "file": "../head.obj", "keep": "all" },
       "scale": 0.0027, "up_axis": "z", "points_per_strand": 24,
-      "guides": { "fraction": 0.25, "method": "random", "seed": 18446744073709551615 },
+      "guides": { "fraction": 0.25, "method": "random", "seed": 18446744073709551615,
+                  "measure": true },
+      "quantise": { "max_error": 2e-5 }, "handedness": "left",
       "attach": "triangle", "bones": "all.tfxbone",
       "material": { "radii": [3e-5, 5e-5], "density": 1320, "youngs_modulus": 3e9,
                     "poisson_ratio": 0.36, "viscosity": 7 },
@@ -75,6 +77,10 @@ TEST_CASE("every field of a recipe is read") {
     CHECK(recipe->points_per_strand == 24u);
     CHECK(recipe->guide_fraction == 0.25);
     CHECK(recipe->guide_method == GuideMethod::random);
+    CHECK(recipe->guide_measure == true);
+    CHECK(recipe->quantise);
+    CHECK(recipe->quantise_max_error == 2e-5);
+    CHECK(recipe->handedness == Handedness::left);
     CHECK(recipe->guide_seed == 18446744073709551615ull);
     CHECK(recipe->attach == Attach::triangle);
     CHECK(recipe->material == Material{3e-5f, 5e-5f, 1320, 3e9f, 0.36f, 7});

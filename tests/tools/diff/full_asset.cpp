@@ -41,6 +41,9 @@ FullAsset full_asset() {
     a.grid_brick = {0, 1};
     a.grid_distance.assign(2 * kBrickNodes, 0.05f);
 
+    a.info.levels = {{3, 2.5f}, {1, 7}};
+    a.info.guide_error = {"kmeans", 0.001f, 0.004f, 0.02f};
+
     const std::size_t lanes = a.guide_strand.size(), strands = a.strand_id.size();
     a.guide_density.assign(a.guide_length.size(), 40);
     a.guide_bone.assign(lanes * 4, 0);
