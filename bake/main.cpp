@@ -11,9 +11,11 @@
 #include "bake/stage/evaluate.h"
 #include "bake/stage/guides.h"
 #include "bake/stage/inside.h"
+#include "bake/stage/levels.h"
 #include "bake/stage/motion.h"
 #include "bake/stage/order.h"
 #include "bake/stage/place.h"
+#include "bake/stage/quantise.h"
 #include "bake/stage/resample.h"
 #include "bake/stage/rest.h"
 #include "bake/stage/root_end.h"
@@ -36,6 +38,7 @@
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
+#include <fstream>
 #include <numbers>
 #include <numeric>
 #include <omp.h>
@@ -89,7 +92,7 @@ class Stages {
 
   private:
     static constexpr double kQuietSeconds = 1;
-    static constexpr int kBarWidth = 20, kStageCount = 17;
+    static constexpr int kBarWidth = 20, kStageCount = 18;
 
     void end() {
         if (name_ == nullptr) return;
@@ -226,6 +229,19 @@ bool solver_takes(const Groom& groom) {
     return true;
 }
 
+// Whether the guides' error is to be measured. Errors (input): it is, by name, and the solver cannot.
+Result<bool> measures_guides(const Groom& groom, const Recipe& recipe) {
+    const bool motion = recipe.guide_method == GuideMethod::motion;
+    const bool wanted = recipe.guide_measure.value_or(motion);
+    if ((wanted || motion) && !solver_takes(groom)) {
+        return Error{ErrorCode::input, recipe.file + (motion ? ": guides.method" : ": guides.measure"),
+                     "needs the strand solver, which takes strands of 3 to 32 points; some have "
+                     "fewer or more, see points_per_strand"};
+    }
+    if (recipe.guide_measure) return wanted;
+    return motion || (groom.strand_count() <= kMostMeasured && solver_takes(groom));
+}
+
 void warn_of_point_counts(const BakeReport& report, Findings& findings) {
     if (report.points_min >= kStrandMinPoints && report.points_max <= kStrandMaxPoints) return;
     findings.push_back({Rule::points_for_strand,
@@ -236,10 +252,17 @@ void warn_of_point_counts(const BakeReport& report, Findings& findings) {
                         {}});
 }
 
-// Shakes the whole groom, every strand simulated, in the frame of the head: 1 s of the swing of a
-// shaken head as an acceleration (10 cm at 1 Hz sideways, and forth and back at 1.3 Hz).
-Result<GroomMotion> shake(const Groom& groom, std::span<const GroupInfo> groups, int threads) {
-    constexpr double kFrame = 1.0 / 60, kSwing = 3.9, kAcross = 1.0, kAlong = 1.3;
+// How a head is shaken: a swing as an acceleration, in multiples of 1 Hz, sideways and forth and
+// back. Guides learn from one and are judged by the other.
+struct Shake {
+    double across, along, phase;
+};
+constexpr Shake kLearn{1.4, 0.9, 0.25}, kJudge{1.0, 1.3, 0};
+
+// Shakes the whole groom, every strand simulated, in the frame of the head, for 1 s (10 cm at 1 Hz).
+Result<GroomMotion> shake(const Groom& groom, std::span<const GroupInfo> groups,
+                          const Shake& motion, int threads) {
+    constexpr double kFrame = 1.0 / 60, kSwing = 3.9;
     constexpr int kFrames = 60, kKeptEvery = 10;
     std::vector<std::uint32_t> all(groom.strand_count());
     std::iota(all.begin(), all.end(), 0u);
@@ -262,10 +285,12 @@ Result<GroomMotion> shake(const Groom& groom, std::span<const GroupInfo> groups,
 
     GroomMotion out;
     for (int frame = 1; frame <= kFrames; ++frame) {
-        const double t = 2 * std::numbers::pi * kFrame * frame;
-        const std::array<float, 3> gravity{static_cast<float>(kSwing * std::sin(kAcross * t)),
-                                           -9.81f,
-                                           static_cast<float>(kSwing * std::sin(kAlong * t))};
+        const auto swing = [&](double frequency) {
+            return static_cast<float>(
+                kSwing *
+                std::sin(2 * std::numbers::pi * (frequency * kFrame * frame + motion.phase)));
+        };
+        const std::array<float, 3> gravity{swing(motion.across), -9.81f, swing(motion.along)};
         if (auto ok = simulation->set_gravity(gravity); !ok) return ok.error();
         if (auto ok = simulation->step(kFrame); !ok) return ok.error();
         if (frame % kKeptEvery != 0) continue;
@@ -284,6 +309,27 @@ Result<GroomMotion> shake(const Groom& groom, std::span<const GroupInfo> groups,
             }
         }
         ++out.frame_count;
+    }
+    return out;
+}
+
+// CPU time of each thread that has worked so far, and the most memory that was resident.
+BakeReport::Cost cost_so_far() {
+    BakeReport::Cost out;
+    out.threads = omp_get_max_threads();
+    double busiest = 0;
+#pragma omp parallel reduction(max : busiest)
+    {
+        timespec t{};
+        clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+        busiest = static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+    }
+    out.busiest_cpu_seconds = busiest;
+    out.cpu_seconds = static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+    // Not from getrusage: that would count what the shell held before it became this program.
+    std::ifstream status("/proc/self/status");
+    for (std::string line; std::getline(status, line);) {
+        if (line.starts_with("VmHWM:")) out.peak_bytes = std::stoull(line.substr(6)) * 1024;
     }
     return out;
 }
@@ -350,29 +396,45 @@ Result<Baked> bake(const Options& options) {
     out.info.groups = group_settings(groom, *recipe, findings);
     stages.begin("motion");
     std::optional<GroomMotion> motion;
-    if (recipe->guide_method == GuideMethod::motion ||
-        (groom.strand_count() <= kMostMeasured && solver_takes(groom))) {
-        auto shaken = shake(groom, out.info.groups, options.threads);
+    if (recipe->guide_method == GuideMethod::motion) {
+        if (auto ok = measures_guides(groom, *recipe); !ok) return ok.error();
+        auto shaken = shake(groom, out.info.groups, kLearn, options.threads);
         if (!shaken) return shaken.error();
         motion = *std::move(shaken);
     }
     stages.begin("guides");
     const auto features = strand_features(groom);
     const auto guides =
-        choose_guides(groom, features, motion ? &*motion : nullptr, *recipe, findings);
+        choose_guides(groom, features, roots, motion ? &*motion : nullptr, *recipe, findings);
     if (!guides) return guides.error();
     stages.begin("weights");
-    const auto blends = blend_guides(groom, features, *guides, roots, *recipe, findings);
-    if (motion) {
-        out.report.reconstruction = {method_name(recipe->guide_method),
-                                     reconstruction_error(groom, *motion, blends)};
-        motion.reset();
+    const auto blends = blend_guides(groom, features, *guides, roots, *recipe, findings,
+                                     motion ? &*motion : nullptr);
+    motion.reset();
+    stages.begin("measure");
+    const auto measure = measures_guides(groom, *recipe);
+    if (!measure) return measure.error();
+    if (*measure) {
+        const auto shaken = shake(groom, out.info.groups, kJudge, options.threads);
+        if (!shaken) return shaken.error();
+        const Spread error = reconstruction_error(groom, *shaken, blends);
+        out.report.reconstruction = {method_name(recipe->guide_method), error};
+        out.info.guide_error = {method_name(recipe->guide_method), static_cast<float>(error.mean),
+                                static_cast<float>(error.p95), static_cast<float>(error.max)};
     }
     stages.begin("order");
     const AssetOrder order = order_asset(groom, *guides);
     stages.begin("rest");
     store_strands(groom, roots, *carriers, order, blends, out.info.groups, out.arrays);
     store_mesh(mesh, roots, *recipe, out.info, out.arrays);
+    if (auto ok =
+            quantise_positions(groom, order, *recipe, out.info, out.arrays, out.report);
+        !ok)
+        return ok.error();
+    out.info.levels = width_levels(out.arrays, out.info.groups);
+    for (const LevelOfDetail& level : out.info.levels) {
+        out.report.levels.push_back({level.strand_count, level.width_scale});
+    }
     count_all(groom, *guides, order, out.info, out.report);
     set_bounds(out.arrays, out.info);
     store_density(out.info, out.arrays);
@@ -452,6 +514,20 @@ std::string explain(const Baked& baked) {
           baked.arrays.mesh_triangle.empty() ? "roots do not follow triangles"
                                              : std::to_string(baked.info.triangle_count) +
                                                    " triangles that carry roots, or as asked");
+    stage("guides measured in motion", baked.report.reconstruction.has_value(),
+          baked.report.reconstruction ? "1 s of shaking, every strand simulated"
+                                      : "\"guides\": { \"measure\": true } asks for it; up to " +
+                                            std::to_string(kMostMeasured) +
+                                            " strands of 3 to 32 points are measured anyway");
+    stage("quantise", baked.info.packed,
+          baked.info.packed ? "\"quantise\" is written" : "\"quantise\" is not written");
+    out += "levels of detail\n";
+    for (const LevelOfDetail& level : baked.info.levels) {
+        char text[100];
+        std::snprintf(text, sizeof text, "  %10u strands, drawn %.3f times as wide\n",
+                      level.strand_count, double{level.width_scale});
+        out += text;
+    }
     out += "fields\n";
     std::uint64_t total = 0;
     for_each_field(baked.arrays.fields(), [&](const FieldDescription& field, auto values) {
@@ -473,6 +549,25 @@ int fail(const Error& error) {
     return exit_code(error);
 }
 
+// What the asset says of its own accuracy.
+void describe_measured(const AssetInfo& info, nlohmann::ordered_json& out) {
+    if (const GuideError& error = info.guide_error; !error.method.empty()) {
+        out["guide_error"] = {{"method", error.method},
+                              {"mean", error.mean},
+                              {"p95", error.p95},
+                              {"max", error.max}};
+    }
+    if (info.packed) out["packed_max_error"] = info.packed_max_error;
+    if (info.distance_grid.stored_bricks > 0) {
+        out["distance_grid"] = {{"spacing", info.distance_grid.spacing},
+                                {"max_error", info.distance_grid.max_error}};
+    }
+    auto& levels = out["levels"] = nlohmann::ordered_json::array();
+    for (const LevelOfDetail& level : info.levels) {
+        levels.push_back({{"strands", level.strand_count}, {"width_scale", level.width_scale}});
+    }
+}
+
 int check(const Options& options) {
     const auto view = AssetView::open(options.check, Verify::full);
     const bool damaged = !view && view.error().code == ErrorCode::input;
@@ -483,6 +578,7 @@ int check(const Options& options) {
             out["hash"] = to_string(view->info().file_hash);
             out["strands"] = view->info().strand_count;
             out["guides"] = view->info().guide_count;
+            describe_measured(view->info(), out);
         } else {
             out["message"] = to_string(view.error());
         }
@@ -510,6 +606,7 @@ int run(const Options& options) {
     const auto written = write_if_changed(
         options.output, *bytes, options.keep_mtime ? Unchanged::keep_time : Unchanged::touch);
     if (!written) return fail(written.error());
+    baked->report.cost = cost_so_far();
     baked->report.output_bytes = bytes->size();
     baked->report.output_changed = *written;
 

@@ -171,6 +171,12 @@ std::string report_text(const BakeReport& report, std::span<const Finding> findi
         line("guides by " + report.reconstruction->method +
              ", reconstruction error: " + millimetres(report.reconstruction->error));
     }
+    if (const auto& quantised = report.quantised) {
+        line("positions in 16 bits: " + std::to_string(quantised->bytes) + " bytes instead of " +
+             std::to_string(quantised->bytes_before) + "; error " +
+             format("mean %.5f, p95 %.5f, max %.5f mm", 1e3 * quantised->error.mean,
+                    1e3 * quantised->error.p95, 1e3 * quantised->error.max));
+    }
     line(report.output + ": " + std::to_string(report.output_bytes) + " bytes" +
          (report.output_changed ? "" : ", unchanged"));
     return out;
@@ -232,9 +238,23 @@ std::string report_json(const BakeReport& report, std::span<const Finding> findi
         out["reconstruction"] = {{"method", report.reconstruction->method},
                                  {"error", to_json(report.reconstruction->error)}};
     }
+    if (const auto& quantised = report.quantised) {
+        out["quantised"] = {{"bytes", quantised->bytes},
+                            {"bytes_before", quantised->bytes_before},
+                            {"error", to_json(quantised->error)}};
+    }
+    Json& levels = out["levels"] = Json::array();
+    for (const BakeReport::Width& level : report.levels) {
+        levels.push_back({{"strands", level.strands}, {"width_scale", level.scale}});
+    }
     out["defaults_used"] = report.defaulted;
     Json& times = out["cpu_seconds"] = Json::object();
     for (const BakeReport::StageTime& time : report.times) times[time.stage] = time.cpu_seconds;
+    const BakeReport::Cost& cost = report.cost;
+    out["cost"] = {{"threads", cost.threads},
+                   {"cpu_seconds", cost.cpu_seconds},
+                   {"busiest_cpu_seconds", cost.busiest_cpu_seconds},
+                   {"peak_bytes", cost.peak_bytes}};
     Json& list = out["findings"] = Json::array();
     for (const Finding& finding : findings) list.push_back(to_json(finding));
     return out.dump(2) + "\n";

@@ -157,9 +157,22 @@ struct BakeReport {
 
     struct Reconstruction {
         std::string method;  // guides
-        Spread error;        // m
+        Spread error;        // m, of interpolated strands in motion
     };
     std::optional<Reconstruction> reconstruction;
+
+    // Rest positions stored in 16 bits a coordinate.
+    struct Quantised {
+        std::uint64_t bytes = 0, bytes_before = 0;  // packed, and as floats
+        Spread error;                               // m
+    };
+    std::optional<Quantised> quantised;
+
+    struct Width {
+        std::uint64_t strands = 0;
+        double scale = 1;
+    };
+    std::vector<Width> levels;  // of detail: prefixes of the strands and how wide they are drawn
 
     std::vector<std::string> defaulted;  // recipe fields left to their default
 
@@ -168,6 +181,15 @@ struct BakeReport {
         double cpu_seconds = 0;  // of all threads
     };
     std::vector<StageTime> times;
+
+    // What the bake cost until the asset's bytes were there.
+    struct Cost {
+        int threads = 1;
+        double cpu_seconds = 0;          // of all threads
+        double busiest_cpu_seconds = 0;  // of the thread that worked most
+        std::uint64_t peak_bytes = 0;    // most memory resident at once; 0: unknown
+    };
+    Cost cost;
 };
 
 // One line a fact for people.

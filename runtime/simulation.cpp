@@ -451,7 +451,7 @@ StrandView Simulation::strands() const {
     v.id = s.fields.strand_id;
     v.half_center = s.half_center;
     v.strand_count = s.plan.has(BufferId::strand_position) ? s.strand_count : 0;
-    v.width_scale = v.strand_count > 0 ? float(s.info.strand_count) / float(v.strand_count) : 1.0f;
+    v.width_scale = width_scale(s.info.levels, s.info.strand_count, v.strand_count);
     // Render points are rest points carried by a root plus a mean of guide displacements: inside of
     // the guides' box grown by how far the groom reaches from its guides at rest, which the
     // diagonal bounds.

@@ -15,8 +15,7 @@ namespace {
 // A straight NURBS curve fits two points; every solver takes three.
 constexpr std::size_t kFewestPoints = 3;
 
-Result<std::vector<Vec3>> points_of(const RawCurve& curve, const Recipe& recipe) {
-    if (curve.degree == 0) return curve.points;
+Result<std::vector<Vec3>> points_of_nurbs(const RawCurve& curve, const Recipe& recipe) {
     const auto nurbs = NurbsCurve::make(curve.points, curve.weights, curve.knots, curve.degree);
     if (!nurbs) return nurbs.error();
     if (!recipe.max_error) {
@@ -88,17 +87,24 @@ Result<Groom> evaluate_curves(std::span<const RawGroom> grooms, const Recipe& re
         const RawGroom& groom = grooms[f];
         if (auto ok = report_problems(groom, strictness, findings); !ok) return ok.error();
         const std::size_t n = groom.curves.size();
-        std::vector<std::vector<Vec3>> points(n);
+        std::vector<std::vector<Vec3>> evaluated(n);
         std::vector<std::optional<Error>> failed(n);
 #pragma omp parallel for schedule(dynamic, 64)
         for (std::size_t c = 0; c < n; ++c) {
-            auto result = points_of(groom.curves[c], recipe);
+            if (groom.curves[c].degree == 0) continue;
+            auto result = points_of_nurbs(groom.curves[c], recipe);
             if (result) {
-                points[c] = *std::move(result);
+                evaluated[c] = *std::move(result);
             } else {
                 failed[c] = result.error();
             }
         }
+        // Polylines stay where the reader put them until they are copied, by all threads.
+        const auto points_of = [&](std::size_t c) -> const std::vector<Vec3>& {
+            return groom.curves[c].degree == 0 ? groom.curves[c].points : evaluated[c];
+        };
+        const std::size_t first_strand = out.strand_count();
+        std::size_t point_count = out.position.size();
         const auto groups = groups_of(groom, recipe.curves[f], group_numbers, out.group_names);
         authored_ids = authored_ids && !groom.id.empty();
         for (std::size_t c = 0; c < n; ++c) {
@@ -109,13 +115,12 @@ Result<Groom> evaluate_curves(std::span<const RawGroom> grooms, const Recipe& re
                                  ": strand " + std::to_string(curve.index),
                              failed[c]->message};
             }
-            if (out.position.size() + points[c].size() >
-                std::numeric_limits<std::uint32_t>::max()) {
+            point_count += points_of(c).size();
+            if (point_count > std::numeric_limits<std::uint32_t>::max()) {
                 return Error{ErrorCode::input, groom.file,
                              "the curves have more than 4 294 967 295 points together"};
             }
-            out.position.insert(out.position.end(), points[c].begin(), points[c].end());
-            out.first_point.push_back(static_cast<std::uint32_t>(out.position.size()));
+            out.first_point.push_back(static_cast<std::uint32_t>(point_count));
             out.source.push_back(static_cast<std::uint32_t>(f));
             out.curve.push_back(static_cast<std::uint32_t>(curve.index));
             out.group.push_back(groups[c]);
@@ -145,6 +150,12 @@ Result<Groom> evaluate_curves(std::span<const RawGroom> grooms, const Recipe& re
                 out.guide_weights.push_back(own ? groom.guide_weights[c]
                                                 : std::array<double, 3>{0, 0, 0});
             }
+        }
+        out.position.resize(point_count);
+#pragma omp parallel for schedule(static)
+        for (std::size_t c = 0; c < n; ++c) {
+            std::copy(points_of(c).begin(), points_of(c).end(),
+                      out.position.begin() + out.first_point[first_strand + c]);
         }
         before += static_cast<std::uint32_t>(n + groom.problems.size());
     }

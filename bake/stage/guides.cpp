@@ -1,5 +1,6 @@
 #include "bake/stage/guides.h"
 
+#include "bake/stage/motion_guides.h"
 #include "bake/stage/random.h"
 #include "bake/stage/spatial_order.h"
 
@@ -7,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <queue>
 
 namespace keratin {
 namespace {
@@ -15,9 +15,6 @@ namespace {
 // From an even start the clusters settle fast: on the TressFX bear the mean distance to the centre
 // falls by less than 1 % after the fourth round.
 constexpr int kRounds = 5;
-
-// A strand may be led by this many times as many neighbours as fall to each guide.
-constexpr std::size_t kNeighboursPerGuide = 4;
 
 // The strand of each cluster that is nearest to its centre, by Lloyd's algorithm on the features of
 // the strands in `members`.
@@ -110,70 +107,6 @@ std::vector<std::uint32_t> cluster_medoids(std::span<const StrandFeature> featur
     return out;
 }
 
-// Guides by motion. The error of a strand is its distance in motion from the guide that moves most
-// like it, among those it has as near neighbours; from rest while it has none.
-std::vector<std::uint32_t> follow_motion(const Groom& groom,
-                                         std::span<const StrandFeature> features,
-                                         const GroomMotion& motion,
-                                         std::span<const std::uint32_t> members,
-                                         std::size_t wanted) {
-    const std::size_t n = members.size();
-    const std::size_t neighbours = std::min(n, kNeighboursPerGuide * (n / wanted + 1));
-    std::vector<StrandFeature> own;
-    for (std::uint32_t s : members) own.push_back(features[s]);
-    const FeatureTree tree(own);
-    std::vector<std::uint32_t> near(n * neighbours);
-    std::vector<float> distance(n * neighbours);
-    std::vector<double> error(n);
-#pragma omp parallel
-    {
-        std::vector<double> squared(neighbours);
-#pragma omp for schedule(dynamic, 64)
-        for (std::size_t i = 0; i < n; ++i) {
-            const std::span<std::uint32_t> mine(near.data() + i * neighbours, neighbours);
-            tree.nearest(own[i], mine, squared);
-            for (std::size_t k = 0; k < neighbours; ++k) {
-                distance[i * neighbours + k] = static_cast<float>(
-                    motion_distance(groom, motion, members[mine[k]], members[i]));
-            }
-            error[i] = motion_size(groom, motion, members[i]);
-        }
-    }
-    // What the neighbours of a strand gain when it becomes a guide.
-    const auto gain = [&](std::size_t i) {
-        double sum = 0;
-        for (std::size_t k = i * neighbours; k < (i + 1) * neighbours; ++k) {
-            sum += std::max(0.0, error[near[k]] - double{distance[k]});
-        }
-        return sum;
-    };
-    struct Entry {
-        double gain;
-        std::size_t index;
-        bool operator<(const Entry& other) const {
-            return gain < other.gain || (gain == other.gain && index > other.index);
-        }
-    };
-    // Gains only fall as guides are added: the first entry that keeps its place is the best.
-    std::priority_queue<Entry> queue;
-    for (std::size_t i = 0; i < n; ++i) queue.push({gain(i), i});
-    std::vector<std::uint32_t> out;
-    while (out.size() < wanted) {
-        const std::size_t i = queue.top().index;
-        queue.pop();
-        const Entry now{gain(i), i};
-        if (!queue.empty() && now < queue.top()) {
-            queue.push(now);
-            continue;
-        }
-        out.push_back(members[i]);
-        for (std::size_t k = i * neighbours; k < (i + 1) * neighbours; ++k) {
-            error[near[k]] = std::min(error[near[k]], double{distance[k]});
-        }
-    }
-    return out;
-}
-
 }  // namespace
 
 std::size_t guide_count(std::size_t strands, double fraction) {
@@ -184,7 +117,8 @@ std::size_t guide_count(std::size_t strands, double fraction) {
 
 Result<std::vector<std::uint32_t>> choose_guides(const Groom& groom,
                                                  std::span<const StrandFeature> features,
-                                                 const GroomMotion* motion, const Recipe& recipe,
+                                                 const Roots& roots, const GroomMotion* motion,
+                                                 const Recipe& recipe,
                                                  Findings& findings) {
     const bool method_open = std::find(recipe.defaulted.begin(), recipe.defaulted.end(),
                                        "guides.method") != recipe.defaulted.end();
@@ -224,7 +158,9 @@ Result<std::vector<std::uint32_t>> choose_guides(const Groom& groom,
             out.insert(out.end(), shuffled.begin(),
                        shuffled.begin() + static_cast<std::ptrdiff_t>(wanted));
         } else if (recipe.guide_method == GuideMethod::motion) {
-            const auto chosen = follow_motion(groom, features, *motion, group, wanted);
+            const auto start = cluster_medoids(features, group, wanted, recipe.guide_seed + g);
+            const auto chosen = improve_guides(groom, features, *motion, SameSide(groom, roots),
+                                               group, start);
             out.insert(out.end(), chosen.begin(), chosen.end());
         } else {
             const auto chosen = cluster_medoids(features, group, wanted, recipe.guide_seed + g);

@@ -23,34 +23,27 @@ double fraction_of(std::size_t p, std::size_t count) {
     return static_cast<double>(p) / static_cast<double>(count - 1);
 }
 
-template <class Difference>
-double root_mean_square(const Groom& groom, const GroomMotion& motion, std::size_t a,
-                        Difference&& difference) {
-    const std::size_t count = groom.point_count(a);
-    double sum = 0;
-    for (std::size_t f = 0; f < motion.frame_count; ++f) {
-        for (std::size_t p = 0; p < count; ++p) {
-            sum += static_cast<double>(difference(f, fraction_of(p, count)).squaredNorm());
-        }
-    }
-    return std::sqrt(sum /
-                     static_cast<double>(std::max<std::size_t>(1, motion.frame_count) * count));
-}
-
 }  // namespace
 
-double motion_distance(const Groom& groom, const GroomMotion& motion, std::size_t a,
-                       std::size_t b) {
-    return root_mean_square(groom, motion, a, [&](std::size_t frame, double fraction) {
-        return Eigen::Vector3f(displacement_at(groom, motion, frame, a, fraction) -
-                               displacement_at(groom, motion, frame, b, fraction));
-    });
-}
-
-double motion_size(const Groom& groom, const GroomMotion& motion, std::size_t a) {
-    return root_mean_square(groom, motion, a, [&](std::size_t frame, double fraction) {
-        return displacement_at(groom, motion, frame, a, fraction);
-    });
+Eigen::MatrixXf sampled_motion(const Groom& groom, const GroomMotion& motion,
+                               std::span<const std::uint32_t> strands) {
+    Eigen::MatrixXf out(static_cast<Eigen::Index>(motion.frame_count) * kMotionSamples * 3,
+                        static_cast<Eigen::Index>(strands.size()));
+    const float scale =
+        1 / std::sqrt(static_cast<float>(std::max<std::size_t>(1, motion.frame_count)) *
+                      static_cast<float>(kMotionSamples));
+#pragma omp parallel for schedule(static)
+    for (std::size_t i = 0; i < strands.size(); ++i) {
+        Eigen::Index row = 0;
+        for (std::size_t f = 0; f < motion.frame_count; ++f) {
+            for (int k = 1; k <= kMotionSamples; ++k, row += 3) {
+                out.col(static_cast<Eigen::Index>(i)).segment<3>(row) =
+                    scale * displacement_at(groom, motion, f, strands[i],
+                                            static_cast<double>(k) / kMotionSamples);
+            }
+        }
+    }
+    return out;
 }
 
 Spread reconstruction_error(const Groom& groom, const GroomMotion& motion,

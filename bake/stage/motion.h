@@ -1,13 +1,12 @@
 // A groom in motion, every strand simulated: what guide selection by motion learns from, and what
-// the interpolation error is measured against.
+// the interpolation error is measured against. The two are different motions, so that the error is
+// that of motions not seen before.
 #pragma once
 
 #include "bake/report.h"
 #include "bake/stage/groom.h"
 #include "bake/stage/weights.h"
-#include "schema/result.h"
 
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -19,17 +18,13 @@ struct GroomMotion {
     std::vector<float> displacement;  // [frame_count][groom points][3] m
 };
 
-// Simulates all strands of a groom for a short while. main.cpp hands one in, as the bake's library
-// knows no solver.
-using Simulate = std::function<Result<GroomMotion>(const Groom&)>;
+// What sampled_motion() samples of each strand in each frame, at even steps of arc length.
+inline constexpr int kMotionSamples = 8;
 
-// Distance of strands a and b in motion: root mean square over frames and arc length of the
-// difference of their displacements, m. Strands with different numbers of points are compared at
-// the points of a.
-double motion_distance(const Groom& groom, const GroomMotion& motion, std::size_t a, std::size_t b);
-
-// The same against rest: root mean square of the displacements of a, m.
-double motion_size(const Groom& groom, const GroomMotion& motion, std::size_t a);
+// One column a strand of `strands`: its displacements at kMotionSamples places in all frames, scaled
+// so that the squared length of the difference of two columns is a mean squared distance, m^2.
+Eigen::MatrixXf sampled_motion(const Groom& groom, const GroomMotion& motion,
+                               std::span<const std::uint32_t> strands);
 
 // How far the render strands end up from where they would be had they been simulated themselves:
 // distances over all points and frames of the strands that are not guides, m. METHODS 1.5.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace keratin {
 namespace {
@@ -15,7 +16,9 @@ bool usable(const Vec3& p) {
 
 }  // namespace
 
-Vec3 to_y_up(const Vec3& p, UpAxis up) {
+Vec3 to_y_up(const Vec3& file, UpAxis up, Handedness hand) {
+    Vec3 p = file;
+    if (hand == Handedness::left) (up == UpAxis::z ? p.y() : p.z()) *= -1;
     switch (up) {
         case UpAxis::x:
             return {-p.y(), p.x(), p.z()};
@@ -49,7 +52,7 @@ Result<void> place_curves(const Recipe& recipe, std::vector<RawGroom>& grooms, F
         for (std::size_t c = 0; c < groom.curves.size(); ++c) {
             for (std::size_t p = 0; p < groom.curves[c].points.size(); ++p) {
                 Vec3& x = groom.curves[c].points[p];
-                x = scale * to_y_up(x, recipe.up_axis);
+                x = scale * to_y_up(x, recipe.up_axis, recipe.handedness);
                 if (!usable(x)) {
                     return Error{ErrorCode::input,
                                  groom.file + ": strand " + std::to_string(c) + ", point " +
@@ -72,13 +75,17 @@ Result<void> place_curves(const Recipe& recipe, std::vector<RawGroom>& grooms, F
 Result<void> place_mesh(const Recipe& recipe, RawMesh& mesh) {
     for (std::size_t v = 0; v < mesh.position.size(); ++v) {
         Vec3& x = mesh.position[v];
-        x = recipe.scale * to_y_up(x, recipe.up_axis);
+        x = recipe.scale * to_y_up(x, recipe.up_axis, recipe.handedness);
         if (!usable(x)) {
             return Error{ErrorCode::input, mesh.file + ": vertex " + std::to_string(v),
                          x.allFinite() ? "the vertex lies more than 1000 km from the origin; check "
                                          "the recipe's scale"
                                        : "a coordinate is not a finite number"};
         }
+    }
+    // In a mirror triangles wind the other way.
+    if (recipe.handedness == Handedness::left) {
+        for (auto& triangle : mesh.triangle) std::swap(triangle[1], triangle[2]);
     }
     return {};
 }

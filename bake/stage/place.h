@@ -10,8 +10,9 @@
 
 namespace keratin {
 
-// A point of a file with the given up axis, in y-up axes (both right-handed).
-Vec3 to_y_up(const Vec3& p, UpAxis up);
+// A point of a file with the given axes, in right-handed y-up axes. Left-handed axes are mirrored
+// first: y is negated where z is up (Unreal), z elsewhere (Unity, Direct3D).
+Vec3 to_y_up(const Vec3& file, UpAxis up, Handedness hand);
 
 // Metres per unit of curve file `source`: the recipe's scale times the file's own. A file that
 // states its unit (IGES) is taken at its word when the recipe gives no scale.
@@ -22,7 +23,9 @@ double metres_per_unit(const RawGroom& groom, const Recipe& recipe, std::size_t 
 // names file, strand and point.
 Result<void> place_curves(const Recipe& recipe, std::vector<RawGroom>& grooms, Findings& findings);
 
-// The same for the mesh.
+// The same for the mesh. Of left-handed files the triangles are turned round, so that they face out
+// as before; their hash is another then, and posed meshes of a scene (mesh_frames), which are read as
+// right-handed, are refused.
 Result<void> place_mesh(const Recipe& recipe, RawMesh& mesh);
 
 }  // namespace keratin

@@ -1,21 +1,45 @@
 #include "bake/stage/weights.h"
 
+#include "bake/stage/motion.h"
+#include "bake/stage/motion_guides.h"
 #include "schema/layout.h"
 
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <numeric>
 
 namespace keratin {
 namespace {
 
-// Guides looked at: enough that three of them are on the right side of a parting through the middle
-// of the neighbourhood.
-constexpr std::size_t kCandidates = 12;
 // Where there is no fourth guide, R as a multiple of the farthest distance.
 constexpr double kReach = 1.5;
 // Nearer than this a strand coincides with its guide.
 constexpr double kCoincident = 1e-9;  // m
+
+// Authored blends by strand; false where there is none that can be used.
+bool authored_blend(const Groom& groom, std::size_t s,
+                    const std::map<std::uint32_t, std::uint32_t>& guide_of_id, GuideBlend& out) {
+    double sum = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double w = groom.guide_weights[s][k];
+        const auto found = guide_of_id.find(groom.closest_guides[s][k]);
+        if (!(w >= 0) || (w > 0 && found == guide_of_id.end())) return false;
+        out.weight[k] = w;
+        out.guide[k] = found == guide_of_id.end() ? kNoStrand : found->second;
+        sum += w;
+    }
+    if (!(sum > 0)) return false;
+    const std::size_t heaviest = static_cast<std::size_t>(
+        std::max_element(out.weight.begin(), out.weight.end()) - out.weight.begin());
+    for (std::size_t k = 0; k < 3; ++k) {
+        if (out.guide[k] == kNoStrand) out.guide[k] = out.guide[heaviest];
+        out.weight[k] /= sum;
+    }
+    return true;
+}
+
+}  // namespace
 
 GuideBlend blend_nearest(std::span<const std::uint32_t> guide, std::span<const double> distance) {
     GuideBlend out;
@@ -42,29 +66,13 @@ GuideBlend blend_nearest(std::span<const std::uint32_t> guide, std::span<const d
     return out;
 }
 
-// Authored blends by strand; false where there is none that can be used.
-bool authored_blend(const Groom& groom, std::size_t s,
-                    const std::map<std::uint32_t, std::uint32_t>& guide_of_id, GuideBlend& out) {
-    double sum = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-        const double w = groom.guide_weights[s][k];
-        const auto found = guide_of_id.find(groom.closest_guides[s][k]);
-        if (!(w >= 0) || (w > 0 && found == guide_of_id.end())) return false;
-        out.weight[k] = w;
-        out.guide[k] = found == guide_of_id.end() ? kNoStrand : found->second;
-        sum += w;
+SameSide::SameSide(const Groom& groom, const Roots& roots)
+    : direction_(groom.strand_count()), normal_(roots.normal) {
+#pragma omp parallel for schedule(static)
+    for (std::size_t s = 0; s < direction_.size(); ++s) {
+        direction_[s] = root_direction(groom.points(s));
     }
-    if (!(sum > 0)) return false;
-    const std::size_t heaviest = static_cast<std::size_t>(
-        std::max_element(out.weight.begin(), out.weight.end()) - out.weight.begin());
-    for (std::size_t k = 0; k < 3; ++k) {
-        if (out.guide[k] == kNoStrand) out.guide[k] = out.guide[heaviest];
-        out.weight[k] /= sum;
-    }
-    return true;
 }
-
-}  // namespace
 
 Vec3 root_direction(std::span<const Vec3> points) {
     const std::size_t third = std::max<std::size_t>(1, (points.size() - 1) / 3);
@@ -75,16 +83,17 @@ Vec3 root_direction(std::span<const Vec3> points) {
 
 std::vector<GuideBlend> blend_guides(const Groom& groom, std::span<const StrandFeature> features,
                                      std::span<const std::uint32_t> guides, const Roots& roots,
-                                     const Recipe& recipe, Findings& findings) {
+                                     const Recipe& recipe, Findings& findings,
+                                     const GroomMotion* motion) {
     const std::size_t n = groom.strand_count();
     std::vector<GuideBlend> out(n);
-    std::vector<Vec3> direction(n);
-#pragma omp parallel for schedule(static)
-    for (std::size_t s = 0; s < n; ++s) direction[s] = root_direction(groom.points(s));
-    const auto same_side = [&](std::size_t a, std::size_t b) {
-        return direction[a].dot(direction[b]) >= kSameSideCosine &&
-               (roots.normal.empty() || roots.normal[a].dot(roots.normal[b]) >= kSameSideCosine);
-    };
+    const SameSide same_side(groom, roots);
+    Eigen::MatrixXf moved;
+    if (motion != nullptr) {
+        std::vector<std::uint32_t> all(n);
+        std::iota(all.begin(), all.end(), 0u);
+        moved = sampled_motion(groom, *motion, all);
+    }
 
     std::map<std::uint32_t, std::uint32_t> guide_of_id;
     const bool authored = !groom.closest_guides.empty() && !groom.guide_weights.empty();
@@ -124,11 +133,11 @@ std::vector<GuideBlend> blend_guides(const Groom& groom, std::span<const StrandF
                 dropped[s] = 1;
                 out[s] = {};
             }
-            std::array<std::uint32_t, kCandidates> index;
-            std::array<double, kCandidates> squared;
+            std::array<std::uint32_t, kGuideCandidates> index;
+            std::array<double, kGuideCandidates> squared;
             const std::size_t found = tree.nearest(features[s], index, squared);
-            std::array<std::uint32_t, kCandidates> guide;
-            std::array<double, kCandidates> distance;
+            std::array<std::uint32_t, kGuideCandidates> guide;
+            std::array<double, kGuideCandidates> distance;
             std::size_t kept = 0;
             for (std::size_t k = 0; k < found; ++k) {
                 const std::uint32_t candidate = own[g][index[k]];
@@ -141,7 +150,9 @@ std::vector<GuideBlend> blend_guides(const Groom& groom, std::span<const StrandF
                 distance[0] = 0;
                 kept = 1;
             }
-            out[s] = blend_nearest(std::span(guide).first(kept), std::span(distance).first(kept));
+            out[s] = motion != nullptr ? fit_blend(moved, s, std::span(guide).first(kept))
+                                       : blend_nearest(std::span(guide).first(kept),
+                                                       std::span(distance).first(kept));
         };
 #pragma omp parallel for schedule(dynamic, 512)
         for (std::size_t i = 0; i < members[g].size(); ++i) blend(members[g][i]);

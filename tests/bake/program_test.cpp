@@ -5,6 +5,8 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -213,4 +215,133 @@ TEST_CASE("a failed bake leaves the old asset alone") {
     folder.write("bad.json", "{ \"curves\": [ { \"file\": \"none.tfx\" } ] }");
     CHECK(folder.bake((folder / "bad.json") + " -o " + (folder / "a.kera")).code == 2);
     CHECK(folder.text("a.kera") == "old");
+}
+
+TEST_CASE("positions in 16 bits stay within the bound, or the bake fails and says what would do") {
+    const Folder folder;
+    const auto recipe = [&](const std::string& quantise) {
+        return "{ \"scale\": 0.0027, \"curves\": [ { \"file\": \"" + kData +
+               "/tressfx/tail.tfx\" } ]" + quantise + " }";
+    };
+    folder.write("plain.json", recipe(""));
+    folder.write("packed.json", recipe(", \"quantise\": {}"));
+    folder.write("tight.json", recipe(", \"quantise\": { \"max_error\": 1e-7 }"));
+    REQUIRE(folder.bake((folder / "plain.json") + " -o " + (folder / "plain.kera")).code == 0);
+    const Ran packed =
+        folder.bake((folder / "packed.json") + " -o " + (folder / "packed.kera") + " --json");
+    REQUIRE(packed.code == 0);
+    const AssetView a = opened(folder / "plain.kera"), b = opened(folder / "packed.kera");
+    CHECK_FALSE(a.info().packed);
+    CHECK(b.info().packed);
+    CHECK(b.bytes().size() < a.bytes().size());
+    const auto x = a.fields().strand_position, y = b.fields().strand_position;
+    REQUIRE(x.size() == y.size());
+    double largest = 0;
+    for (std::size_t i = 0; i < x.size(); i += 3) {
+        double squared = 0;
+        for (std::size_t k = i; k < i + 3; ++k)
+            squared += (double(x[k]) - double(y[k])) * (double(x[k]) - double(y[k]));
+        largest = std::max(largest, std::sqrt(squared));
+    }
+    CHECK(largest > 0);
+    CHECK(largest < double(b.info().packed_max_error) + 1e-7);  // rounding of the floats themselves
+    CHECK(b.info().packed_max_error < 5e-5f);
+    const auto report = nlohmann::json::parse(packed.out);
+    CHECK(report["quantised"]["bytes"].get<double>() <
+          0.6 * report["quantised"]["bytes_before"].get<double>());
+    // Guides are simulated: they keep their floats.
+    CHECK(std::equal(a.fields().guide_position.begin(), a.fields().guide_position.end(),
+                     b.fields().guide_position.begin()));
+
+    const Ran tight = folder.bake((folder / "tight.json") + " -o " + (folder / "tight.kera"));
+    CHECK(tight.code == 2);
+    CHECK(tight.err.find("tight.json: quantise.max_error: ") != std::string::npos);
+    CHECK(tight.err.find("tail.tfx: strand ") != std::string::npos);
+    CHECK_FALSE(fs::exists(folder / "tight.kera"));
+    const Ran check = folder.bake("--check " + (folder / "packed.kera") + " --json");
+    CHECK(check.code == 0);
+    CHECK(nlohmann::json::parse(check.out)["packed_max_error"].get<float>() ==
+          b.info().packed_max_error);
+}
+
+TEST_CASE("the guides' error is stored where it is measured, and measured when asked for") {
+    const Folder folder;
+    const auto baked = [&](const std::string& guides) {
+        folder.write("r.json", "{ \"scale\": 0.0027, \"curves\": [ { \"file\": \"" + kData +
+                                   "/tressfx/back.tfx\" } ], \"guides\": { " + guides + " } }");
+        const Ran ran = folder.bake((folder / "r.json") + " -o " + (folder / "r.kera") + " --json");
+        INFO(ran.err);
+        REQUIRE(ran.code == 0);
+        const auto report = nlohmann::json::parse(ran.out);
+        const AssetView asset = opened(folder / "r.kera");
+        CHECK(report.contains("reconstruction") == !asset.info().guide_error.method.empty());
+        if (report.contains("reconstruction"))
+            CHECK(report["reconstruction"]["error"]["p95"].get<float>() ==
+                  Approx(asset.info().guide_error.p95));
+        return asset.info().guide_error;
+    };
+    CHECK(baked("\"measure\": false") == GuideError{});
+    const GuideError random = baked("\"method\": \"random\"");
+    const GuideError kmeans = baked("\"method\": \"kmeans\", \"measure\": true");
+    const GuideError motion = baked("\"method\": \"motion\"");
+    CHECK(random.method == "random");
+    CHECK(motion.method == "motion");
+    CHECK(kmeans.mean > 0);
+    CHECK(kmeans.mean < kmeans.p95);
+    CHECK(kmeans.p95 < kmeans.max);
+    CHECK(kmeans.mean < random.mean);
+    CHECK(motion.mean < kmeans.mean);
+    CHECK(motion.p95 < kmeans.p95);
+
+    folder.write("two.json", "{ \"points_per_strand\": 2, \"curves\": [ { \"file\": \"" + kData +
+                                 "/tressfx/back.tfx\" } ], \"guides\": { \"measure\": true } }");
+    const Ran refused = folder.bake((folder / "two.json") + " -o " + (folder / "two.kera"));
+    CHECK(refused.code == 2);
+    CHECK(refused.err.find("two.json: guides.measure: ") != std::string::npos);
+}
+
+TEST_CASE("guides that are exported can be baked again, in each format") {
+    const Folder folder;
+    folder.write("r.json", "{ \"scale\": 0.0027, \"curves\": [ { \"file\": \"" + kData +
+                               "/tressfx/tail.tfx\" } ] }");
+    // A strand as its id and points, so that it can be looked for whatever its place.
+    using Strand = std::vector<float>;
+    const auto strands_of = [](const AssetView& asset, bool guides_only) {
+        const AssetFields& f = asset.fields();
+        std::vector<Strand> out;
+        const auto add = [&](std::uint32_t s) {
+            out.emplace_back(f.strand_position.begin() + 3 * f.strand_first_point[s],
+                             f.strand_position.begin() + 3 * f.strand_first_point[s + 1]);
+        };
+        if (guides_only) {
+            for (std::uint32_t s : f.guide_strand)
+                if (s != kNoStrand) add(s);
+        } else {
+            for (std::uint32_t s = 0; s < asset.info().strand_count; ++s) add(s);
+        }
+        std::sort(out.begin(), out.end());
+        return out;
+    };
+    for (const std::string ending : {"abc", "hair", "obj"}) {
+        INFO(ending);
+        const std::string exported = folder / ("guides." + ending);
+        REQUIRE(folder.bake((folder / "r.json") + " -o " + (folder / "r.kera") +
+                            " --export-guides " + exported)
+                    .code == 0);
+        folder.write("again.json", "{ \"curves\": [ { \"file\": \"guides." + ending +
+                                       "\", \"root_end\": \"first\" } ] }");
+        const Ran again = folder.bake((folder / "again.json") + " -o " + (folder / "again.kera"));
+        INFO(again.err);
+        REQUIRE(again.code == 0);
+        const auto expected = strands_of(opened(folder / "r.kera"), true);
+        const auto found = strands_of(opened(folder / "again.kera"), false);
+        REQUIRE(found.size() == expected.size());
+        float largest = 0;
+        for (std::size_t s = 0; s < found.size(); ++s) {
+            REQUIRE(found[s].size() == expected[s].size());
+            for (std::size_t i = 0; i < found[s].size(); ++i)
+                largest = std::max(largest, std::abs(found[s][i] - expected[s][i]));
+        }
+        CHECK(largest < 1e-6f);
+    }
 }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
+#include <fstream>
 #include <set>
 
 using namespace keratin;
@@ -29,6 +30,25 @@ TEST_CASE("codes of findings are unique and in order") {
     }
     CHECK(codes.size() == kBakeRules.size());
     CHECK(names.size() == kBakeRules.size());
+}
+
+TEST_CASE("every code of a finding stands in the docs with its severity and meaning") {
+    std::ifstream file(KERATIN_DATA_DIR "/../bake/README.md");
+    const std::string text(std::istreambuf_iterator<char>(file), {});
+    for (const RuleDescription& rule : kBakeRules) {
+        const char* severity = rule.severity == Severity::note      ? "note"
+                               : rule.severity == Severity::warning ? "warning"
+                                                                    : "error";
+        const std::string row = "| " + std::string(rule.code) + " | " + std::string(rule.name) +
+                                " | " + severity + " | " + std::string(rule.meaning) + " |";
+        INFO(row);
+        CHECK(text.find(row) != std::string::npos);
+    }
+    std::size_t rows = 0;
+    for (std::size_t at = text.find("\n| KB"); at != std::string::npos;
+         at = text.find("\n| KB", at + 1))
+        ++rows;
+    CHECK(rows == kBakeRules.size());
 }
 
 TEST_CASE("a finding reads as one line with place, code and strands") {

@@ -1,7 +1,9 @@
 #include "bake/stage/guides.h"
 
 #include "bake/stage/density.h"
+#include "bake/stage/levels.h"
 #include "bake/stage/motion.h"
+#include "bake/stage/motion_guides.h"
 #include "bake/stage/order.h"
 #include "bake/stage/random.h"
 #include "bake/stage/rest.h"
@@ -13,6 +15,7 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
+#include <cstdio>
 #include <numeric>
 #include <set>
 
@@ -26,7 +29,7 @@ namespace {
 std::vector<std::uint32_t> guides_of(const Groom& groom, const Recipe& recipe) {
     Findings findings;
     const auto features = strand_features(groom);
-    auto guides = choose_guides(groom, features, nullptr, recipe, findings);
+    auto guides = choose_guides(groom, features, {}, nullptr, recipe, findings);
     if (!guides) FAIL(to_string(guides.error()));
     return *guides;
 }
@@ -102,7 +105,7 @@ TEST_CASE("authored guides win when the recipe names no method, and are demanded
     CHECK(guides_of(groom, recipe) == std::vector<std::uint32_t>{3, 77});
     groom.is_guide.assign(100, 0);
     Findings findings;
-    CHECK_FALSE(choose_guides(groom, strand_features(groom), nullptr, recipe, findings));
+    CHECK_FALSE(choose_guides(groom, strand_features(groom), {}, nullptr, recipe, findings));
 }
 
 TEST_CASE(
@@ -240,6 +243,87 @@ TEST_CASE("every prefix of the render strands is spread evenly over the groom") 
     }
 }
 
+TEST_CASE("prefixes of a half to a sixteenth are as uniform a sample as chance, or better") {
+    // Dense on one side, sparse on the other, so that a uniform sample is not an even one.
+    std::vector<std::vector<Vec3>> strands;
+    Random random(7);
+    const auto unit = [&] { return double(random.below(1u << 30)) / double(1u << 30); };
+    for (int s = 0; s < 20000; ++s) {
+        const Vec3 root(unit() * unit(), 0, unit());
+        strands.push_back({root, root + Vec3(0, 0.1, 0)});
+    }
+    const Groom groom = groom_of(strands);
+    const std::vector<std::uint32_t> guides{0};
+    const AssetOrder order = order_asset(groom, guides);
+    // Star discrepancy against the whole groom, over a lattice of boxes from the corner.
+    const auto discrepancy = [&](std::span<const std::uint32_t> sample) {
+        constexpr int kBoxes = 32;
+        std::vector<double> difference(kBoxes * kBoxes, 0);
+        const auto count = [&](std::span<const std::uint32_t> of, double weight) {
+            for (std::uint32_t s : of) {
+                const Vec3& root = strands[s][0];
+                const int x = std::min(kBoxes - 1, int(root.x() * kBoxes));
+                const int z = std::min(kBoxes - 1, int(root.z() * kBoxes));
+                difference[std::size_t(x * kBoxes + z)] += weight;
+            }
+        };
+        count(sample, 1.0 / double(sample.size()));
+        count(order.strand, -1.0 / double(order.strand.size()));
+        double largest = 0;
+        for (std::size_t x = 0; x < kBoxes; ++x) {
+            double row = 0;
+            for (std::size_t z = 0; z < kBoxes; ++z) {
+                row += difference[x * kBoxes + z];
+                difference[x * kBoxes + z] = row + (x > 0 ? difference[(x - 1) * kBoxes + z] : 0);
+                largest = std::max(largest, std::abs(difference[x * kBoxes + z]));
+            }
+        }
+        return largest;
+    };
+    for (const std::size_t share : {2, 4, 8, 16}) {
+        const std::size_t count = strands.size() / share;
+        std::vector<double> of_chance;
+        for (std::uint64_t seed = 1; seed <= 21; ++seed) {
+            std::vector<std::uint32_t> shuffled = order.strand;
+            Random(seed).choose_first(std::span(shuffled), count);
+            shuffled.resize(count);
+            of_chance.push_back(discrepancy(shuffled));
+        }
+        std::sort(of_chance.begin(), of_chance.end());
+        const double prefix = discrepancy(std::span(order.strand).first(count));
+        std::printf("discrepancy of the first 1/%zu: %.5f, of random samples %.5f (median)\n",
+                    share, prefix, of_chance[10]);
+        CHECK(prefix < of_chance[10]);
+    }
+}
+
+TEST_CASE("widths of a level make up for the length and radius of the strands left out") {
+    // 64 strands of which the first in the asset's order get shorter and thinner.
+    std::vector<std::vector<Vec3>> strands;
+    for (int s = 0; s < 64; ++s) strands.push_back({{0.01 * s, 0, 0}, {0.01 * s, 0.1, 0}});
+    Groom groom = groom_of(strands);
+    std::vector<std::uint32_t> guides(64);
+    std::iota(guides.begin(), guides.end(), 0u);
+    const AssetOrder order = order_asset(groom, guides);
+    for (std::size_t i = 0; i < 16; ++i) groom.points(order.strand[i])[1].y() = 0.05;
+    groom.radius.assign(64, {4e-5, 4e-5});
+    for (std::size_t i = 0; i < 4; ++i) groom.radius[order.strand[i]] = {2e-5, 2e-5};
+    std::vector<GuideBlend> blends(64);
+    for (std::uint32_t s = 0; s < 64; ++s) blends[s].guide.fill(s);
+    const std::vector<GroupInfo> groups{{"default", {}, {}}};
+    AssetArrays arrays;
+    store_strands(groom, {}, {}, order, blends, groups, arrays);
+    const auto levels = width_levels(arrays, groups);
+    REQUIRE(levels.size() == 6);
+    const double all = 48 * 0.1 * 4 + 12 * 0.05 * 4 + 4 * 0.05 * 2;
+    CHECK(levels[0].strand_count == 32);
+    CHECK(levels[0].width_scale == Approx(all / (all - 32 * 0.1 * 4)));
+    CHECK(levels[2].strand_count == 8);
+    CHECK(levels[2].width_scale == Approx(all / (4 * 0.05 * 4 + 4 * 0.05 * 2)));
+    CHECK(levels[5].strand_count == 1);
+    CHECK(levels[5].width_scale == Approx(all / (0.05 * 2)));
+}
+
 TEST_CASE("an order of numbers is a permutation whose prefixes are even") {
     for (std::uint32_t count : {0u, 1u, 2u, 63u, 64u, 65u, 255u, 257u, 4097u, 100000u}) {
         const auto order = prefix_uniform_order(count);
@@ -317,37 +401,90 @@ TEST_CASE("the rest shape gives back the strand from its root and first edge") {
     CHECK(length[0] == 0);
 }
 
-TEST_CASE("strands that move like two of their neighbours are told by motion alone") {
-    // Twenty bundles of ten strands at one place and of one shape; half of each bundle moves left,
-    // half right. Only motion can tell that every bundle needs two guides.
+TEST_CASE("guides by motion go where strands move apart, and follow the motion better") {
+    // A meadow of which one corner ripples.
     std::vector<std::vector<Vec3>> strands;
-    for (int s = 0; s < 200; ++s) {
-        const double x = 0.01 * (s / 10);
-        strands.push_back({{x, 0, 0}, {x, 0.05, 0}, {x, 0.1, 0}});
+    GroomMotion motion;
+    motion.frame_count = 2;
+    std::vector<std::array<float, 3>> tip;
+    for (int x = 0; x < 40; ++x) {
+        for (int z = 0; z < 40; ++z) {
+            const Vec3 root(0.005 * x, 0, 0.005 * z);
+            strands.push_back({root, root + Vec3(0, 0.05, 0), root + Vec3(0, 0.1, 0)});
+        }
+    }
+    for (std::size_t frame = 0; frame < 2; ++frame) {
+        for (const auto& strand : strands) {
+            const bool ripples = strand[0].x() < 0.1 && strand[0].z() < 0.1;
+            const float side = ripples ? 0.02f * float(std::sin(120 * (strand[0].x() +
+                                                                       strand[0].z()) +
+                                                                double(frame)))
+                                       : 0.01f;
+            motion.displacement.insert(motion.displacement.end(),
+                                       {0, 0, 0, side / 2, 0, 0, side, 0, 0});
+        }
     }
     const Groom groom = groom_of(strands);
-    GroomMotion motion;
-    motion.frame_count = 1;
-    for (int s = 0; s < 200; ++s) {
-        const float side = (s % 2 ? 0.02f : -0.02f) * (1 + 0.1f * float(s / 10));
-        motion.displacement.insert(motion.displacement.end(),
-                                   {0, 0, 0, side / 2, 0, 0, side, 0, 0});
-    }
-    CHECK(motion_distance(groom, motion, 0, 2) == 0);
-    CHECK(motion_distance(groom, motion, 0, 1) ==
-          Approx(std::sqrt((0.02 * 0.02 + 0.04 * 0.04) / 3)));
-    CHECK(motion_size(groom, motion, 0) == Approx(std::sqrt((0.01 * 0.01 + 0.02 * 0.02) / 3)));
-    Recipe recipe = recipe_of();
-    recipe.guide_fraction = 0.2;
-    recipe.guide_method = GuideMethod::motion;
-    Findings findings;
     const auto features = strand_features(groom);
-    const auto guides = choose_guides(groom, features, &motion, recipe, findings);
-    REQUIRE(guides);
-    CHECK(guides->size() == 40);
-    std::set<std::uint32_t> kinds;
-    for (std::uint32_t g : *guides) kinds.insert(g / 10 * 2 + g % 2);
-    CHECK(kinds.size() == 40);
+    Recipe recipe = recipe_of();
+    recipe.guide_fraction = 0.05;
+    const auto error = [&](GuideMethod method, std::size_t& in_corner) {
+        recipe.guide_method = method;
+        Findings findings;
+        const auto guides = choose_guides(groom, features, {}, &motion, recipe, findings);
+        REQUIRE(guides);
+        CHECK(guides->size() == 80);
+        CHECK(std::set<std::uint32_t>(guides->begin(), guides->end()).size() == 80);
+        in_corner = static_cast<std::size_t>(std::count_if(
+            guides->begin(), guides->end(),
+            [](std::uint32_t g) { return g / 40 < 20 && g % 40 < 20; }));
+        const auto blends = blend_guides(groom, features, *guides, {}, recipe, findings);
+        return reconstruction_error(groom, motion, blends);
+    };
+    std::size_t even = 0, informed = 0;
+    const Spread kmeans = error(GuideMethod::kmeans, even);
+    const Spread chosen = error(GuideMethod::motion, informed);
+    std::printf("corner guides %zu -> %zu, mean error %.3f -> %.3f mm\n", even, informed,
+                1e3 * kmeans.mean, 1e3 * chosen.mean);
+    CHECK(even < 30);
+    CHECK(2 * informed > 3 * even);
+    CHECK(chosen.mean < 0.7 * kmeans.mean);
+    CHECK(chosen.p95 < kmeans.p95);
+}
+
+TEST_CASE("fitted weights meet a strand's motion as well as any three weights can") {
+    Random random(5);
+    const auto unit = [&] { return 2 * float(random.below(1u << 24)) / float(1u << 24) - 1; };
+    for (int round = 0; round < 20; ++round) {
+        Eigen::MatrixXf motion(30, 6);
+        for (Eigen::Index i = 0; i < motion.size(); ++i) motion(i) = unit();
+        // Half the time the strand is between guides.
+        if (round % 2) motion.col(0) = 0.2f * motion.col(0) + 0.4f * (motion.col(2) + motion.col(4));
+        const std::vector<std::uint32_t> guides{1, 2, 3, 4, 5};
+        const GuideBlend blend = fit_blend(motion, 0, guides);
+        CHECK(blend.weight[0] + blend.weight[1] + blend.weight[2] == Approx(1));
+        CHECK(blend.weight[0] >= blend.weight[1]);
+        CHECK(blend.weight[1] >= blend.weight[2]);
+        CHECK(blend.weight[2] >= 0);
+        const auto error = [&](const GuideBlend& b) {
+            Eigen::VectorXf d = motion.col(0);
+            for (std::size_t k = 0; k < 3; ++k)
+                d -= static_cast<float>(b.weight[k]) * motion.col(b.guide[k]);
+            return double(d.squaredNorm());
+        };
+        // Against all of three guides with weights of fortieths.
+        double least = 1e9;
+        for (std::uint32_t a = 1; a <= 5; ++a)
+            for (std::uint32_t b = a + 1; b <= 5; ++b)
+                for (std::uint32_t c = b + 1; c <= 5; ++c)
+                    for (int i = 0; i <= 40; ++i)
+                        for (int j = 0; i + j <= 40; ++j)
+                            least = std::min(
+                                least, error({{a, b, c},
+                                              {i / 40.0, j / 40.0, (40 - i - j) / 40.0}}));
+        CHECK(error(blend) <= least * 1.0001);
+        CHECK(error(blend) >= least * 0.97);
+    }
 }
 
 TEST_CASE("the reconstruction error is the distance from the blend of the guides' motions") {

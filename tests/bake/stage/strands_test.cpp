@@ -59,12 +59,33 @@ RawGroom raw_of(const std::vector<std::vector<Vec3>>& strands) {
 
 TEST_CASE("up axes are turned to y without mirroring") {
     for (UpAxis up : {UpAxis::x, UpAxis::y, UpAxis::z}) {
-        const Vec3 a = to_y_up({1, 0, 0}, up), b = to_y_up({0, 1, 0}, up);
-        const Vec3 c = to_y_up({0, 0, 1}, up);
+        const Vec3 a = to_y_up({1, 0, 0}, up, Handedness::right), b = to_y_up({0, 1, 0}, up, Handedness::right);
+        const Vec3 c = to_y_up({0, 0, 1}, up, Handedness::right);
         CHECK(a.cross(b).dot(c) == 1);
     }
-    CHECK(to_y_up({0, 0, 1}, UpAxis::z) == Vec3(0, 1, 0));
-    CHECK(to_y_up({1, 0, 0}, UpAxis::x) == Vec3(0, 1, 0));
+    CHECK(to_y_up({0, 0, 1}, UpAxis::z, Handedness::right) == Vec3(0, 1, 0));
+    CHECK(to_y_up({1, 0, 0}, UpAxis::x, Handedness::right) == Vec3(0, 1, 0));
+}
+
+TEST_CASE("left-handed files are mirrored, and their triangles still face out") {
+    for (UpAxis up : {UpAxis::x, UpAxis::y, UpAxis::z}) {
+        const Vec3 a = to_y_up({1, 0, 0}, up, Handedness::left);
+        const Vec3 b = to_y_up({0, 1, 0}, up, Handedness::left);
+        const Vec3 c = to_y_up({0, 0, 1}, up, Handedness::left);
+        CHECK(a.cross(b).dot(c) == -1);
+        const Vec3 upward = up == UpAxis::x ? a : up == UpAxis::y ? b : c;
+        CHECK(upward == Vec3(0, 1, 0));
+        // Left-handed programs wind front faces clockwise, which gives the same numbers.
+        Recipe recipe = recipe_of();
+        recipe.up_axis = up;
+        recipe.handedness = Handedness::left;
+        RawMesh mesh = test::sphere_mesh({0, 0, 0}, 1, 8);
+        REQUIRE(place_mesh(recipe, mesh));
+        double volume = 0;
+        for (const auto& [i, j, k] : mesh.triangle)
+            volume += mesh.position[i].cross(mesh.position[j]).dot(mesh.position[k]) / 6;
+        CHECK(volume > 3);
+    }
 }
 
 TEST_CASE("scales multiply, and a file's own unit counts when the recipe gives none") {
