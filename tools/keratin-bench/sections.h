@@ -11,6 +11,8 @@ void rod_section(Report& report);
 void contact_section(Report& report);
 void contact_methods_section(Report& report);
 void hairball_section(Report& report);
+void bake_section(Report& report);
+void diff_section(Report& report);
 
 struct Section {
     const char* name;
@@ -28,6 +30,10 @@ inline constexpr Section kSections[] = {
      contact_methods_section, true},
     {"hairball", "steps of the hairball while it turns (takes minutes to get there)",
      hairball_section, true},
+#endif
+#ifdef KERATIN_WITH_BAKE
+    {"bake", "keratin-bake: CPU time and memory, real and synthetic grooms", bake_section},
+    {"diff", "keratin-diff: CPU time on large assets", diff_section},
 #endif
 };
 
