@@ -27,6 +27,7 @@
 #include "runtime/simulation.h"
 #include "schema/asset_view.h"
 #include "schema/file_hash.h"
+#include "schema/files/program.h"
 #include "schema/files/write_file.h"
 #include "schema/mapped_file.h"
 #include "schema/read/recipe.h"
@@ -593,26 +594,40 @@ int check(const Options& options) {
                     view->info().strand_count, view->info().guide_count,
                     to_string(view->info().file_hash).c_str());
     }
+    if (auto ok = finish_stdout(); !ok) return fail(ok.error());
     return kDone;
+}
+
+// Refuses outputs that are each other or one of the files that are read.
+Result<void> check_files(const Options& options, std::span<const std::string> inputs) {
+    const OutputFile outputs[] = {{"-o", options.output},
+                                  {"--depfile", options.depfile},
+                                  {"--sarif", options.sarif},
+                                  {"--export-guides", options.export_guides}};
+    return check_outputs(outputs, inputs);
 }
 
 int run(const Options& options) {
     if (options.threads > 0) omp_set_num_threads(options.threads);
     if (!options.check.empty()) return check(options);
+    // What can be known to be wrong before the work.
+    if (auto ok = check_files(options, std::span(&options.recipe, 1)); !ok) return fail(ok.error());
+    if (!options.export_guides.empty())
+        if (auto ok = check_export_ending(options.export_guides); !ok) return fail(ok.error());
     auto baked = bake(options);
     if (!baked) return fail(baked.error());
+    if (auto ok = check_files(options, baked->files); !ok) return fail(ok.error());
     const auto bytes = serialise_asset(baked->info, baked->arrays.fields(), options.output);
     if (!bytes) return fail(bytes.error());
+    if (!options.export_guides.empty()) {
+        if (auto ok = export_guides(options.export_guides, *baked); !ok) return fail(ok.error());
+    }
     const auto written = write_if_changed(
         options.output, *bytes, options.keep_mtime ? Unchanged::keep_time : Unchanged::touch);
     if (!written) return fail(written.error());
     baked->report.cost = cost_so_far();
     baked->report.output_bytes = bytes->size();
     baked->report.output_changed = *written;
-
-    if (!options.export_guides.empty()) {
-        if (auto ok = export_guides(options.export_guides, *baked); !ok) return fail(ok.error());
-    }
     if (!options.sarif.empty()) {
         const std::string sarif = report_sarif(baked->report, baked->findings, KERATIN_VERSION);
         if (auto ok = write_file(options.sarif, sarif); !ok) return fail(ok.error());
@@ -629,12 +644,14 @@ int run(const Options& options) {
         std::fputs(report_text(baked->report, baked->findings).c_str(), stdout);
         if (options.explain) std::fputs(explain(*baked).c_str(), stdout);
     }
+    if (auto ok = finish_stdout(); !ok) return fail(ok.error());
     return kDone;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+    leave_nothing_behind();
     Options options;
     CLI::App app{
         "Bakes hair: a recipe (JSON) that names curves and a mesh becomes one asset (.kera)."};
@@ -668,6 +685,12 @@ int main(int argc, char** argv) {
         return app.exit(asked);
     } catch (const CLI::ParseError& error) {
         std::fprintf(stderr, "keratin-bake: %s; see keratin-bake --help\n", error.what());
+        return kWrong;
+    }
+    if (!options.check.empty() && !(options.recipe.empty() && options.output.empty())) {
+        std::fprintf(stderr,
+                     "keratin-bake: --check verifies an asset and bakes nothing; leave out the "
+                     "recipe and -o\n");
         return kWrong;
     }
     if (options.check.empty() && (options.recipe.empty() || options.output.empty())) {

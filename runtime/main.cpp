@@ -6,6 +6,7 @@
 #include "runtime/run/state_file.h"
 #include "runtime/run/statistics.h"
 #include "schema/cache.h"
+#include "schema/files/program.h"
 #include "schema/files/write_file.h"
 #include "schema/read/scene.h"
 
@@ -68,15 +69,15 @@ void add_options(CLI::App& app, Options& o) {
                        ->type_name("N");
     app.add_option("--duration", o.duration,
                    "Length of the run in seconds; default: the scene's, or 1")
-        ->check(CLI::Range(1e-9, 1e9))
+        ->check(number_between(1e-9, 1e9))
         ->excludes(frames)
         ->type_name("S");
     app.add_option("--frame", o.frame, "Seconds between outputs; default: the scene's, or 1/60")
-        ->check(CLI::Range(1e-9, 1e6))
+        ->check(number_between(1e-9, 1e6))
         ->type_name("S");
     app.add_option("--step", o.step,
                    "Largest step in seconds; default: the scene's, or one a frame")
-        ->check(CLI::Range(1e-9, 1e6))
+        ->check(number_between(1e-9, 1e6))
         ->type_name("S");
     app.add_option("--stats", o.stats,
                    "Measure the run and write the figures as JSON (- for stdout)")
@@ -318,9 +319,40 @@ void print_summary(const Schedule& schedule, std::uint64_t steps, const SolverRu
                 run.hash().c_str());
 }
 
+// Refuses outputs that are each other or one of the files that are read; --save may go on where
+// --resume was.
+Result<void> check_files(const Options& o, const Scene& scene) {
+    std::vector<std::string> inputs = {o.input};
+    for (const SceneAsset& asset : scene.assets) {
+        inputs.push_back(asset.file);
+        for (const MeshFrame& frame : asset.mesh_frames) inputs.push_back(frame.file);
+    }
+    const OutputFile outputs[] = {{"--stats", o.stats == "-" ? "" : o.stats},
+                                  {"--points", o.points},
+                                  {"--cache", o.cache},
+                                  {"--export", o.export_file},
+                                  {"--save", o.save}};
+    return check_outputs(outputs, inputs);
+}
+
+// Steps must be countable, and exactly so in the double precision of their times.
+Result<void> check_length(const Options& o, const Scene& scene) {
+    constexpr double kMostSteps = 9007199254740992.0;  // 2^53
+    const double step = scene.step.value_or(scene.frame);
+    const double frames = o.frames > 0 ? static_cast<double>(o.frames)
+                                       : scene.duration.value_or(kDefaultDuration) / scene.frame;
+    const double steps = frames * std::max(1.0, scene.frame / step);
+    if (steps < kMostSteps) return {};
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", steps);
+    return usage(scene.file, std::string("the run would take ") + text +
+                                 " steps; make it shorter or its steps longer");
+}
+
 Result<int> run_scene(const Options& o) {
     auto scene = scene_of(o);
     if (!scene) return scene.error();
+    if (auto ok = check_files(o, *scene); !ok) return ok.error();
     if (auto ok = check_options(o, scene->solver); !ok) return ok.error();
     auto made = make_run(*scene, o);
     if (!made) return made.error();
@@ -335,6 +367,7 @@ Result<int> run_scene(const Options& o) {
         return kDone;
     }
 
+    if (auto ok = check_length(o, *scene); !ok) return ok.error();
     const Schedule schedule = make_schedule(scene->frame, scene->step.value_or(0), o.frames,
                                             scene->duration.value_or(kDefaultDuration));
     std::uint64_t first = 0;
@@ -410,6 +443,7 @@ Result<int> run_scene(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) try {
+    leave_nothing_behind();
     Options options;
     CLI::App app("Runs a hair solver on a scene or a baked asset.", "keratin-run");
     add_options(app, options);
@@ -423,6 +457,8 @@ int main(int argc, char** argv) try {
         return kWrong;
     }
     auto result = run_scene(options);
+    if (result)
+        if (auto ok = finish_stdout(); !ok) result = ok.error();
     if (result) return *result;
     std::fprintf(stderr, "keratin-run: %s\n", to_string(result.error()).c_str());
     return exit_code(result.error());

@@ -109,14 +109,19 @@ std::string to_obj(const ExportStrands& strands, std::span<const float> position
 
 }  // namespace
 
+Result<void> check_export_ending(const std::string& path) {
+    const std::string ending = ending_of(path);
+    if (ending == ".abc" || ending == ".hair" || ending == ".obj") return {};
+    return Error{ErrorCode::usage, path, "the ending of an export must be .abc, .hair or .obj"};
+}
+
 Result<std::unique_ptr<StrandExporter>> StrandExporter::create(const std::string& path,
                                                                ExportStrands strands,
                                                                double frame_seconds,
                                                                std::uint32_t frame_count) {
+    if (auto ok = check_export_ending(path); !ok) return ok.error();
     const std::string ending = ending_of(path);
     if (ending == ".abc") return create_alembic_exporter(path, std::move(strands), frame_seconds);
-    if (ending != ".hair" && ending != ".obj")
-        return Error{ErrorCode::usage, path, "the ending of an export must be .abc, .hair or .obj"};
     constexpr std::uint32_t kMostSegments = std::numeric_limits<std::uint16_t>::max();
     for (std::size_t s = 0; ending == ".hair" && s + 1 < strands.first_point.size(); ++s)
         if (strands.first_point[s + 1] - strands.first_point[s] - 1 > kMostSegments)

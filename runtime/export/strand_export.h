@@ -22,6 +22,9 @@ struct ExportStrands {
     std::vector<std::uint8_t> is_guide;      // [strands] 1: a guide
 };
 
+// Error (usage) when the ending of a path names no format.
+Result<void> check_export_ending(const std::string& path);
+
 // One file (Alembic) or one file a frame.
 class StrandExporter {
   public:

@@ -451,7 +451,8 @@ Result<void> RodRun::load(std::span<const std::byte> state, double time) {
     if (state.size() < sizeof sizes) return other;
     std::memcpy(sizes, state.data(), sizeof sizes);
     state = state.subspan(sizeof sizes);
-    if (sizes[0] > state.size() || state.size() - sizes[0] != sizes[1] * kContactBytes)
+    if (sizes[0] > state.size() || (state.size() - sizes[0]) % kContactBytes != 0 ||
+        (state.size() - sizes[0]) / kContactBytes != sizes[1])
         return other;
     if (auto ok = rods_->restore(state.first(sizes[0])); !ok) return ok;
     state = state.subspan(sizes[0]);

@@ -1,10 +1,13 @@
 #include "schema/files/write_file.h"
 
+#include "schema/files/program.h"
 #include "schema/mapped_file.h"
 
+#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <fcntl.h>
 #include <filesystem>
 #include <sys/stat.h>
@@ -20,7 +23,36 @@ Error io_error(const std::string& path, const char* what, int code) {
     return {ErrorCode::io, path, std::string(what) + ": " + std::generic_category().message(code)};
 }
 
+// Paths of temporary files for a signal handler, which may neither allocate nor lock.
+constexpr std::size_t kMostPending = 32, kLongestPath = 4096;
+struct PendingPath {
+    std::atomic<int> state{0};  // 0: free, 1: being filled in, 2: to be removed
+    char path[kLongestPath];
+};
+PendingPath pending_paths[kMostPending];
+
+void remember(const std::string& path) {
+    if (path.size() >= kLongestPath) return;
+    for (PendingPath& slot : pending_paths) {
+        int expected = 0;
+        if (!slot.state.compare_exchange_strong(expected, 1)) continue;
+        std::memcpy(slot.path, path.c_str(), path.size() + 1);
+        slot.state = 2;
+        return;
+    }
+}
+
+void forget(const std::string& path) {
+    for (PendingPath& slot : pending_paths)
+        if (slot.state == 2 && path == slot.path) slot.state = 0;
+}
+
 }  // namespace
+
+void remove_pending_files() {
+    for (PendingPath& slot : pending_paths)
+        if (slot.state == 2) ::unlink(slot.path);
+}
 
 Result<PendingFile> PendingFile::create(const std::string& path) {
     namespace fs = std::filesystem;
@@ -29,15 +61,18 @@ Result<PendingFile> PendingFile::create(const std::string& path) {
     const fs::path followed =
         fs::is_symlink(path, ignored) ? fs::weakly_canonical(path, ignored) : fs::path(path);
     pending.path_ = followed.string();
-    if (fs::is_directory(followed, ignored))
+    if (fs::is_directory(path, ignored))
         return Error{ErrorCode::io, path, "cannot write: it is a folder"};
-    if (fs::exists(followed, ignored) && !fs::is_regular_file(followed, ignored)) {
-        pending.temporary_ = pending.path_;
+    // A pipe behind a link (/dev/stdout) has no path of its own to follow it to.
+    if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored)) {
+        pending.path_ = path;
+        pending.temporary_ = path;
         pending.file_ = ::open(pending.path_.c_str(), O_WRONLY | O_CLOEXEC);
     } else {
         pending.temporary_ = pending.path_ + ".XXXXXX";
         pending.file_ = ::mkstemp(pending.temporary_.data());
         if (pending.file_ >= 0) {
+            remember(pending.temporary_);
             // mkstemp makes the file private; give it what the old file or the umask says.
             struct stat status {};
             const mode_t mask = ::umask(0);
@@ -70,6 +105,7 @@ PendingFile::~PendingFile() {
     if (file_ < 0) return;
     ::close(file_);
     if (temporary_ != path_) ::unlink(temporary_.c_str());
+    forget(temporary_);
 }
 
 Result<void> PendingFile::write(std::span<const std::byte> bytes) {
@@ -100,11 +136,13 @@ Result<void> PendingFile::commit() {
     const auto fail = [&](const char* what) -> Result<void> {
         const int code = errno;
         if (temporary_ != path_) ::unlink(temporary_.c_str());
+        forget(temporary_);
         return io_error(path_, what, code);
     };
     if (::close(file) != 0) return fail("cannot write");
     if (temporary_ != path_ && std::rename(temporary_.c_str(), path_.c_str()) != 0)
         return fail("cannot replace");
+    forget(temporary_);
     return {};
 }
 

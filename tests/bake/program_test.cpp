@@ -83,7 +83,8 @@ TEST_CASE("the same bytes come out for 1, 2 and 7 threads, and nothing names thi
 
 TEST_CASE("colliders fitted to the ponytail head cover it where hair reaches") {
     const Folder folder;
-    const Ran ran = folder.bake(kData + "/ponytail/fitted.json -o " + (folder / "head.kera") + " --json");
+    const Ran ran =
+        folder.bake(kData + "/ponytail/fitted.json -o " + (folder / "head.kera") + " --json");
     REQUIRE(ran.code == 0);
     CHECK(opened(folder / "head.kera").info().colliders.size() > 20);
     const auto report = nlohmann::json::parse(ran.out);
@@ -344,4 +345,48 @@ TEST_CASE("guides that are exported can be baked again, in each format") {
         }
         CHECK(largest < 1e-6f);
     }
+}
+
+TEST_CASE("an output never eats an input or another output") {
+    const Folder folder;
+    fs::copy_file(kData + "/tressfx/tail.tfx", folder / "tail.tfx");
+    const std::string recipe = "{ \"curves\": [ { \"file\": \"tail.tfx\" } ] }";
+    folder.write("r.json", recipe);
+    const std::string curves = folder.text("tail.tfx"), r = folder / "r.json";
+    for (const std::string& outputs :
+         {"-o " + r, "-o " + (folder / "tail.tfx"),
+          "-o " + (folder / "a.kera") + " --sarif " + (folder / "tail.tfx"),
+          "-o " + (folder / "a.kera") + " --depfile " + (folder / "a.kera"),
+          "-o " + (folder / "a.kera") + " --export-guides " + (folder / "a.xyz")}) {
+        INFO(outputs);
+        const Ran ran = folder.bake(r + " " + outputs);
+        INFO(ran.err);
+        CHECK(ran.code == 2);
+        CHECK(std::count(ran.err.begin(), ran.err.end(), '\n') == 1);
+        CHECK(folder.text("r.json") == recipe);
+        CHECK(folder.text("tail.tfx") == curves);
+        CHECK_FALSE(fs::exists(folder / "a.kera"));
+    }
+    CHECK(folder.bake(r + " --check " + (folder / "a.kera")).code == 2);
+}
+
+TEST_CASE("names with spaces and letters of any alphabet are no obstacle") {
+    const Folder folder;
+    fs::create_directories(folder / "h\xc3\xa9 ad");
+    fs::copy_file(kData + "/tressfx/tail.tfx", folder / "h\xc3\xa9 ad/t il.tfx");
+    folder.write("h\xc3\xa9 ad/r.json", "{ \"curves\": [ { \"file\": \"t il.tfx\" } ] }");
+    const std::string asset = folder / "h\xc3\xa9 ad/a #b.kera";
+    const Ran ran = folder.bake("'" + (folder / "h\xc3\xa9 ad/r.json") + "' -o '" + asset +
+                                "' --quiet --depfile '" + (folder / "d") + "'");
+    INFO(ran.err);
+    CHECK(ran.code == 0);
+    CHECK(fs::exists(asset));
+    CHECK(folder.text("d").find("t\\ il.tfx") != std::string::npos);
+}
+
+TEST_CASE("what cannot be printed is an error") {
+    const Folder folder;
+    const Ran ran = folder.bake(kData + "/testhair/fur.json -o " + (folder / "a.kera") +
+                                " --json >/dev/full; test $? = 2 && echo right");
+    CHECK(ran.out == "right\n");
 }

@@ -1,4 +1,5 @@
 // keratin-diff: compares two assets or two cached runs, for people and for build pipelines.
+#include "schema/files/program.h"
 #include "schema/files/write_file.h"
 #include "tools/keratin-diff/compare.h"
 #include "tools/keratin-diff/compare_runs.h"
@@ -59,6 +60,7 @@ int print_summary(const Arguments& arguments) {
     const auto asset = AssetView::open(arguments.text_of);
     if (!asset) return report_error(asset.error());
     std::fputs(diff::summary_text(*asset).c_str(), stdout);
+    if (auto ok = finish_stdout(); !ok) return report_error(ok.error());
     return kSame;
 }
 
@@ -118,6 +120,7 @@ Result<Texts> compare_caches(const Arguments& arguments) {
     Texts out;
     out.findings = diff::judge(*differences, *tolerances);
     out.text = diff::findings_text(out.findings, describe);
+    if (out.text.empty()) out.text = "the runs show the same\n";
     out.json = diff::runs_json(*differences, out.findings, arguments.a, arguments.b,
                                passes(arguments, out.findings), KERATIN_VERSION);
     out.junit =
@@ -154,6 +157,9 @@ Result<void> write_image(const Arguments&) {
 #endif
 
 int compare_files(const Arguments& arguments) {
+    const OutputFile outputs[] = {{"--junit", arguments.junit}, {"--image", arguments.image}};
+    const std::string inputs[] = {arguments.a, arguments.b};
+    if (auto ok = check_outputs(outputs, inputs); !ok) return report_error(ok.error());
     if (is_cached_run(arguments.a) != is_cached_run(arguments.b))
         return report_error({ErrorCode::usage, arguments.b,
                              "an asset and a cached run cannot be compared with each other"});
@@ -169,10 +175,17 @@ int compare_files(const Arguments& arguments) {
         std::fputs(texts->json.c_str(), stdout);
     else if (!arguments.quiet)
         std::fputs(texts->text.c_str(), stdout);
+    if (auto ok = finish_stdout(); !ok) return report_error(ok.error());
     return passes(arguments, texts->findings) ? kSame : kDifferent;
 }
 
+int wrong_use(const std::string& what) {
+    std::fprintf(stderr, "keratin-diff: %s; see keratin-diff --help\n", what.c_str());
+    return kWrongUse;
+}
+
 int run(int argc, char** argv) {
+    leave_nothing_behind();
     Arguments arguments;
     CLI::App app(
         "Compares two assets or two cached runs and names what changed, with the worst "
@@ -210,10 +223,12 @@ int run(int argc, char** argv) {
     json->excludes(text);
     try {
         app.parse(argc, argv);
-        if (!*text && !*b) throw CLI::RequiredError("two assets, a.kera b.kera,");
+    } catch (const CLI::Success& asked) {
+        return app.exit(asked);
     } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? kSame : kWrongUse;
+        return wrong_use(error.what());
     }
+    if (!*text && !*b) return wrong_use("two assets or cached runs are needed, a.kera b.kera");
     return *text ? print_summary(arguments) : compare_files(arguments);
 }
 

@@ -170,7 +170,9 @@ std::string describe(const Report& report, const std::string& name) {
 
 std::string report_text(const Report& report, const std::vector<Finding>& findings) {
     if (report.same_bytes) return "the assets are equal, byte for byte\n";
-    return findings_text(findings, [&](const std::string& name) { return describe(report, name); });
+    const std::string text =
+        findings_text(findings, [&](const std::string& name) { return describe(report, name); });
+    return text.empty() ? "the assets mean the same, though not every byte is equal\n" : text;
 }
 
 std::string findings_text(const std::vector<Finding>& findings, const Describe& describe) {
@@ -193,7 +195,7 @@ std::string findings_text(const std::vector<Finding>& findings, const Describe& 
                                                                  : " " + std::string(finding.unit));
         text += "\n";
     }
-    if (text.empty()) return "the assets mean the same, though not every byte is equal\n";
+    if (text.empty()) return text;
     return text + plural(failures, "failure") + ", " + plural(warnings, "warning") + ", " +
            std::to_string(tolerated) + " tolerated\n";
 }

@@ -18,7 +18,8 @@ std::string describe(const Report& report, const std::string& name);
 // What changed under a name, in one line; empty where nothing differs.
 using Describe = std::function<std::string(const std::string& name)>;
 
-// A line a finding that differs: severity, name, description; then the totals.
+// A line a finding that differs: severity, name, description; then the totals. Empty
+// when nothing differs.
 std::string findings_text(const std::vector<Finding>& findings, const Describe& describe);
 
 // Only what differs, a line a finding: severity, name, description; then the totals. Lines end in

@@ -1,6 +1,7 @@
 // keratin-view: pictures of assets and cached runs.
 #include "schema/asset.h"
 #include "schema/cache.h"
+#include "schema/files/program.h"
 #include "tools/keratin-view/color.h"
 #include "tools/keratin-view/draw.h"
 #include "tools/keratin-view/film.h"
@@ -294,7 +295,7 @@ Result<void> view(const Command& command) {
         document["largest_widening"] = last.largest_widening;
         if (scaled) document["color_full"] = options.color_full;
         document["seconds"] = seconds;
-        std::cout << document.dump(2) << '\n';
+        std::printf("%s\n", document.dump(2).c_str());
     } else if (!command.quiet) {
         std::string to = command.output;
         if (film) to += (to.empty() ? "" : " and ") + command.film;
@@ -349,7 +350,7 @@ int run(int argc, char** argv) {
         ->group("What");
     app.add_option("--scale", command.scale,
                    "metres a unit of the --mesh file, as in the groom's recipe")
-        ->check(CLI::PositiveNumber)
+        ->check(number_between(1e-9, 1e9))
         ->capture_default_str()
         ->group("What");
     app.add_option("--show", command.show,
@@ -371,7 +372,7 @@ int run(int argc, char** argv) {
         ->needs("--look-from")
         ->group("Camera");
     app.add_option("--fov", command.fov, "angle of view from bottom to top, degrees")
-        ->check(CLI::Range(1, 120))
+        ->check(number_between(1, 120))
         ->capture_default_str()
         ->group("Camera");
     app.add_option("--fit", command.fit,
@@ -397,7 +398,7 @@ int run(int argc, char** argv) {
     app.add_option(
            "--color-full", command.color_full,
            "density or velocity (m/s) of the brightest colour; default: what 98 % stay under")
-        ->check(CLI::PositiveNumber)
+        ->check(number_between(1e-9, 1e9))
         ->group("Looks");
     app.add_option("--hair-color", command.hair_color,
                    "black, dark, brown, auburn, red, blond, grey, white or #rrggbb")
@@ -414,7 +415,7 @@ int run(int argc, char** argv) {
         ->group("Looks");
     app.add_option("--min-width", command.min_width,
                    "pixels that a strand is wide at least; 0: its own width")
-        ->check(CLI::Range(0.0f, 100.0f))
+        ->check(number_between(0, 100))
         ->capture_default_str()
         ->group("Looks");
     app.add_flag("--ground", command.ground, "a floor with shadows under the lowest point")
@@ -435,10 +436,14 @@ int run(int argc, char** argv) {
         std::cerr << "keratin-view: " << e.what() << " (keratin-view --help explains)\n";
         return 2;
     }
+    const OutputFile outputs[] = {{"-o", command.output}, {"--film", command.film}};
+    const std::string inputs[] = {command.input, command.cache, command.mesh};
     Result<void> done =
         command.output.empty() && command.film.empty()
             ? Result<void>(usage("-o", "give the picture a name, such as -o head.png"))
-            : view(command);
+            : check_outputs(outputs, inputs);
+    if (done) done = view(command);
+    if (done) done = finish_stdout();
     if (done) return 0;
     std::cerr << "keratin-view: " << to_string(done.error()) << '\n';
     return exit_code(done.error());
@@ -448,6 +453,7 @@ int run(int argc, char** argv) {
 }  // namespace keratin::view
 
 int main(int argc, char** argv) {
+    keratin::leave_nothing_behind();
     try {
         return keratin::view::run(argc, argv);
     } catch (const std::exception& e) {
