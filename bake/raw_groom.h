@@ -51,6 +51,7 @@ struct RawGroom {
     std::string file;  // as the recipe names it
     std::vector<RawCurve> curves;
     std::vector<CurveProblem> problems;             // the curves left out, in file order
+    std::vector<std::string> remarks;               // what the file says that could not be used
     std::vector<std::string> dependencies;          // further files that were read, for build tools
     std::vector<Vec2> root_uv;                      // texture coordinate at the root
     std::vector<double> radius;                     // at the root, in the file's unit

@@ -41,7 +41,8 @@ enum class Severity { note, warning, error };
     X(file_unit,           "KB020", "file-unit",           note,    "The curve file states its own unit, which was used.")      \
     X(unused_triangles,    "KB021", "degenerate-triangles", note,   "Triangles without area were left out of the search for roots.") \
     X(duplicate_strand,    "KB022", "duplicate-strand",    warning, "Strands with the same points as an earlier strand.")      \
-    X(unusable_curve,      "KB023", "unusable-curve",      warning, "Curves of which nothing can be made (too few points, unsound knots or weights, numbers that are not finite) are left out.")
+    X(unusable_curve,      "KB023", "unusable-curve",      warning, "Curves of which nothing can be made (too few points, unsound knots or weights, numbers that are not finite) are left out.") \
+    X(curve_file,          "KB024", "curve-file",          warning, "Something that a curve file says could not be used as it stands; what was done instead is said.")
 // clang-format on
 
 enum class Rule : std::uint8_t {

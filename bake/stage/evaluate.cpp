@@ -29,6 +29,8 @@ Result<std::vector<Vec3>> points_of_nurbs(const RawCurve& curve, const Recipe& r
 }
 
 Result<void> report_problems(const RawGroom& groom, Strictness strictness, Findings& findings) {
+    for (const std::string& remark : groom.remarks)
+        findings.push_back({Rule::curve_file, groom.file, remark, {}});
     if (groom.problems.empty()) return {};
     const CurveProblem& first = groom.problems.front();
     const std::string place = groom.file +

@@ -47,46 +47,6 @@ std::string message_of(const Result<RawGroom>& groom) {
     return to_string(groom.error());
 }
 
-struct CurveFile {
-    int type = 1, wrap = 0, basis = 0;
-    std::vector<std::int32_t> counts;
-    std::vector<float> x;  // the points stand at (x, 0, 0)
-    std::vector<std::uint8_t> orders;
-    std::vector<float> knots, weights, width;
-};
-
-std::vector<float> on_x_axis(const std::vector<float>& x) {
-    std::vector<float> out;
-    for (float value : x) out.insert(out.end(), {value, 0, 0});
-    return out;
-}
-
-std::uint64_t write_geometry(OgawaFile& file, const CurveFile& curves,
-                             std::uint64_t attributes = 0) {
-    Compound geometry(file);
-    geometry.add("P", kArray, kF32, 3, {file.sample(on_x_axis(curves.x))})
-        .add("nVertices", kArray, kI32, 1, {file.sample(curves.counts)})
-        .add("curveBasisAndType", kScalar, kU8, 4,
-             {file.sample(std::vector<std::uint8_t>{static_cast<std::uint8_t>(curves.type),
-                                                    static_cast<std::uint8_t>(curves.wrap),
-                                                    static_cast<std::uint8_t>(curves.basis),
-                                                    static_cast<std::uint8_t>(curves.basis)})});
-    if (!curves.orders.empty())
-        geometry.add(".orders", kArray, kU8, 1, {file.sample(curves.orders)});
-    if (!curves.knots.empty()) geometry.add(".knots", kArray, kF32, 1, {file.sample(curves.knots)});
-    if (!curves.weights.empty()) geometry.add("w", kArray, kF32, 1, {file.sample(curves.weights)});
-    if (!curves.width.empty()) geometry.add("width", kArray, kF32, 1, {file.sample(curves.width)});
-    if (attributes != 0) geometry.add(".arbGeomParams", attributes);
-    return Compound(file).add(".geom", geometry.write()).write();
-}
-
-// One object of curves below the top.
-std::string write_curves(const CurveFile& curves) {
-    OgawaFile file;
-    const std::uint64_t object = write_object(file, write_geometry(file, curves), {});
-    return file.finish(write_object(file, 0, {{"hair", kCurvesObject, object}}), "");
-}
-
 RawGroom read(const std::string& bytes, double time = 0) {
     auto groom = read_alembic(bytes, "a.abc", time);
     if (!groom) FAIL(message_of(groom));
@@ -467,6 +427,47 @@ TEST_CASE("objects that share their points cannot make a small file big") {
     peak_bytes = live_bytes;
     const auto groom = read_alembic(bytes, "a.abc", 0);
     CHECK(!groom);
+    CHECK(peak_bytes - before <= 16 * bytes.size() + (1 << 20));
+}
+
+TEST_CASE("objects that contain themselves cannot make a small file big") {
+    // A group whose places all lead back to it, and headers of as many children without a name.
+    constexpr std::uint64_t kChildren = 200;
+    OgawaFile file;
+    std::string headers;
+    for (std::uint64_t i = 0; i < kChildren; ++i) headers.append(5, '\0');
+    headers.resize(headers.size() + 32, 'h');
+    const std::uint64_t data = file.data(headers);
+    const std::uint64_t here = file.bytes().size();
+    std::vector<std::uint64_t> places(kChildren + 1, here);
+    places[0] = 0;
+    places.push_back(data);
+    const std::uint64_t object = file.group(places);
+    REQUIRE(object == here);
+    const std::string bytes = file.finish(object, "");
+    const std::size_t before = live_bytes;
+    peak_bytes = live_bytes;
+    CHECK(!read_alembic(bytes, "a.abc", 0));
+    CHECK(peak_bytes - before <= 16 * bytes.size() + (1 << 20));
+}
+
+TEST_CASE("an object a curve stays within 16 times the file and a megabyte") {
+    OgawaFile file;
+    std::vector<ChildObject> children;
+    for (int i = 0; i < 5000; ++i) {
+        CurveFile curves;
+        curves.counts = {2};
+        curves.x = {float(i), float(i) + 1};
+        children.push_back({"c" + std::to_string(i), kCurvesObject,
+                            write_object(file, write_geometry(file, curves), {})});
+    }
+    const std::string bytes = file.finish(write_object(file, 0, children), "");
+    const std::size_t before = live_bytes;
+    peak_bytes = live_bytes;
+    const auto groom = read_alembic(bytes, "a.abc", 0);
+    INFO(message_of(groom));
+    REQUIRE(groom);
+    CHECK(groom->curves.size() == 5000);
     CHECK(peak_bytes - before <= 16 * bytes.size() + (1 << 20));
 }
 
