@@ -47,7 +47,32 @@ const diff::FieldDifference& field(const Compared& result, std::string_view name
 
 using Names = std::vector<std::string>;
 
-// The smallest change of one field alone that the format allows.
+// One value of a field changed a little, for fields that nothing else hangs on: of guide 0 at its
+// root, or of the first item. False when the asset does not have the field.
+bool change_first_value(FullAsset& asset, std::string_view wanted) {
+    bool changed = false;
+    std::size_t i = 0;
+    const AssetInfo& info = asset.info;
+    const auto change = [&]<class Element>(const FieldDescription& field,
+                                           std::vector<Element>& values) {
+        if (field.name != wanted || values.empty()) return;
+        changed = true;
+        if constexpr (std::is_same_v<Element, float>)
+            values[0] += field.unit == "m" ? kMillimetre : 0.125f;
+        else if (field.target != Domain::none)
+            values[0] =
+                (values[0] + 1) % static_cast<std::uint32_t>(domain_count(info, field.target));
+        else
+            ++values[0];
+    };
+#define X(name, element, domain, components, presence, target, unit, meaning) \
+    change(kAssetFields[i++], asset.name);
+    KERATIN_ASSET_FIELDS(X)
+#undef X
+    return changed;
+}
+
+// The smallest change of one field alone that the format allows, where it is more than a value.
 const std::map<std::string, std::function<void(FullAsset&)>>& injections() {
     static const std::map<std::string, std::function<void(FullAsset&)>> all{
         {"tile_first_row",
@@ -66,7 +91,6 @@ const std::map<std::string, std::function<void(FullAsset&)>>& injections() {
         {"guide_length", [](FullAsset& a) { a.guide_length[scalar_index(2, 1)] *= 1.01f; }},
         {"guide_shape",
          [](FullAsset& a) { a.guide_shape[vector_index(2, 3, 0, 3)] += kMillimetre; }},
-        {"guide_density", [](FullAsset& a) { a.guide_density[scalar_index(0, 0)] += 1; }},
         {"guide_bone", [](FullAsset& a) { a.guide_bone[vector_index(0, 4, 1, 2)] = 2; }},
         {"guide_bone_weight",
          [](FullAsset& a) {
@@ -87,7 +111,6 @@ const std::map<std::string, std::function<void(FullAsset&)>>& injections() {
          }},
         {"strand_id", [](FullAsset& a) { a.strand_id[3] = 99; }},
         {"strand_group", [](FullAsset& a) { a.strand_group[6] = 1; }},
-        {"strand_radius", [](FullAsset& a) { a.strand_radius[0] = 4e-5f; }},
         {"strand_bone", [](FullAsset& a) { a.strand_bone[4 * 2 + 1] = 2; }},
         {"strand_bone_weight",
          [](FullAsset& a) {
@@ -95,10 +118,7 @@ const std::map<std::string, std::function<void(FullAsset&)>>& injections() {
              a.strand_bone_weight[4 * 2 + 1] = 0.5f;
          }},
         {"strand_triangle", [](FullAsset& a) { a.strand_triangle[6] = 3; }},
-        {"strand_barycentric", [](FullAsset& a) { a.strand_barycentric[1] = 0.3f; }},
-        {"strand_uv", [](FullAsset& a) { a.strand_uv[13] = 0.25f; }},
         {"mesh_position", [](FullAsset& a) { a.mesh_position[4] += kMillimetre; }},
-        {"mesh_uv", [](FullAsset& a) { a.mesh_uv[3] = 0.125f; }},
         {"mesh_vertex_source", [](FullAsset& a) { a.mesh_vertex_source[4] = 5; }},
         {"mesh_triangle", [](FullAsset& a) { a.mesh_triangle[8] = 3; }},
         {"mesh_triangle_source", [](FullAsset& a) { a.mesh_triangle_source[2] = 4; }},
@@ -126,9 +146,11 @@ TEST_CASE("an error in one field is named, and nothing else") {
         const std::string name(description.name);
         INFO(name);
         const auto injection = injections().find(name);
-        REQUIRE(injection != injections().end());
         FullAsset wrong = full_asset();
-        injection->second(wrong);
+        if (injection != injections().end())
+            injection->second(wrong);
+        else
+            REQUIRE(change_first_value(wrong, name));
         for (const Compared& result :
              {compared(full_asset(), wrong), compared(wrong, full_asset())}) {
             INFO(result.text);
