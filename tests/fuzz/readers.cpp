@@ -2,18 +2,10 @@
 
 #include "bake/nurbs.h"
 #include "bake/read/formats.h"
-
-#include <cstdio>
-#include <cstdlib>
+#include "tests/fuzz/demand.h"
 
 namespace keratin::fuzz {
 namespace {
-
-void demand(bool holds, const char* promise) {
-    if (holds) return;
-    std::fprintf(stderr, "broken promise: %s\n", promise);
-    std::abort();
-}
 
 template <class T>
 bool one_a_curve(const std::vector<T>& channel, const RawGroom& groom) {

@@ -7,11 +7,15 @@
 namespace keratin::fuzz {
 
 void run_alembic(std::string_view bytes);
+void run_cache(std::string_view bytes);
 void run_gltf(std::string_view bytes);
 void run_hair(std::string_view bytes);
 void run_obj_curves(std::string_view bytes);
 void run_obj_mesh(std::string_view bytes);
 void run_open_asset(std::string_view bytes);
+void run_poses(std::string_view text);
+void run_recipe(std::string_view text);
+void run_scene(std::string_view text);
 void run_step_asset(std::string_view bytes);
 void run_tfx(std::string_view bytes);
 void run_tfxbone(std::string_view bytes);

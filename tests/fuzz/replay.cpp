@@ -21,11 +21,25 @@ struct Reader {
     void (*run)(std::string_view);
 };
 
+// clang-format off
 constexpr Reader kReaders[] = {
-    {"alembic", run_alembic},       {"gltf", run_gltf},         {"hair", run_hair},
-    {"obj_curves", run_obj_curves}, {"obj_mesh", run_obj_mesh}, {"open_asset", run_open_asset},
-    {"step_asset", run_step_asset}, {"tfx", run_tfx},           {"tfxbone", run_tfxbone},
-    {"tfxskin", run_tfxskin},       {"usc_data", run_usc_data}};
+    {"alembic", run_alembic},
+    {"cache", run_cache},
+    {"gltf", run_gltf},
+    {"hair", run_hair},
+    {"obj_curves", run_obj_curves},
+    {"obj_mesh", run_obj_mesh},
+    {"open_asset", run_open_asset},
+    {"poses", run_poses},
+    {"recipe", run_recipe},
+    {"scene", run_scene},
+    {"step_asset", run_step_asset},
+    {"tfx", run_tfx},
+    {"tfxbone", run_tfxbone},
+    {"tfxskin", run_tfxskin},
+    {"usc_data", run_usc_data},
+};
+// clang-format on
 
 constexpr int kDamagedCopies = 3000;
 constexpr std::size_t kMaxSize = 40000;
