@@ -1,6 +1,7 @@
 // A step: skin, grid, small steps quad by quad, render strands. Every loop over quads, bricks or
 // strands may be shared between threads in any way: nothing depends on who does what.
 #include "runtime/parallel.h"
+#include "runtime/pass/ticks.h"
 #include "runtime/state.h"
 #include "schema/formula/interpolation.h"
 
@@ -18,14 +19,6 @@ namespace keratin {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-std::uint64_t ticks() {
-#if defined(__x86_64__)
-    return __rdtsc();
-#else
-    return std::uint64_t(Clock::now().time_since_epoch().count());
-#endif
-}
 
 // Adds what passes since its creation to a pass of a thread.
 class Timed {
@@ -91,7 +84,8 @@ Quad quad_of(Simulation::State& s, std::size_t index, int thread) {
     q.root_end = s.root_end.data() + tile * q.root_stride;
     q.group = &s.classes[s.quads[index].group_class];
     q.scratch = s.scratch.data() + std::size_t(thread) * s.scratch_stride;
-    q.root_scratch = q.scratch + slot_count * std::size_t{s.shape.longest} * kQuadLanes;
+    q.root_scratch = q.scratch + kScratchRow * std::size_t{s.shape.longest};
+    q.near = s.near.data() + std::size_t(thread) * s.solids.size();
     q.shapes = s.solids.data();
     q.collider_count = std::uint32_t(s.solids.size());
     const Wind& wind = s.settings.wind;
@@ -100,6 +94,7 @@ Quad quad_of(Simulation::State& s, std::size_t index, int thread) {
     q.flags.stretch = s.settings.passes.stretch;
     q.flags.local_shape = s.plan.has(PassId::local_shape);
     q.flags.collision = s.plan.has(PassId::collide);
+    q.flags.final_length = s.plan.has(PassId::final_length);
     return q;
 }
 
@@ -233,39 +228,21 @@ void run_quad(Simulation::State& s, std::size_t index, const SmallStep* steps, s
     const SmallAsZero flush;
     Quad quad = quad_of(s, index, int(worker_index()));
     const KernelTable& k = *s.kernels;
-    const bool shape = s.plan.has(PassId::local_shape), length = s.plan.has(PassId::stretch);
-    const bool solids = quad.flags.collision, ends = s.plan.has(PassId::final_length);
     if (grid) {
         Timed timed(s, PassId::grid_gather);
         k.grid_gather(quad, *grid);
     }
-    {
-        Timed timed(s, PassId::integrate);
-        k.prepare(quad);
-    }
-    for (std::uint32_t i = 0; i < count; ++i) {
-        {
-            Timed timed(s, PassId::integrate);
-            k.integrate(quad, steps[i]);
-        }
-        if (shape) {
-            Timed timed(s, PassId::local_shape);
-            k.local_shape(quad, steps[i]);
-        }
-        {
-            // Bounds come out of this pass, so it runs even with nothing to stretch.
-            Timed timed(s, length ? PassId::stretch : PassId::integrate);
-            k.stretch(quad, steps[i]);
-        }
-        if (solids) {
-            Timed timed(s, PassId::collide);
-            k.collide(quad, steps[i]);
-        }
-        if (ends) {
-            Timed timed(s, PassId::final_length);
-            k.final_length(quad, steps[i]);
-        }
-    }
+    SweepTicks sweeps;
+    quad.ticks = &sweeps;
+    k.small_steps(quad, steps, count);
+    // A sweep that serves several passes counts for the one that asks for most of it.
+    const auto first_of = [&](PassId a, PassId b) { return s.plan.has(a) ? a : b; };
+    std::uint64_t* times = s.times[std::size_t(omp_get_thread_num())].ticks;
+    times[std::size_t(PassId::integrate)] += sweeps.prepare;
+    times[std::size_t(first_of(PassId::local_shape, PassId::integrate))] += sweeps.predict;
+    times[std::size_t(first_of(PassId::stretch, PassId::integrate))] += sweeps.tense;
+    times[std::size_t(first_of(PassId::final_length,
+                               first_of(PassId::stretch, PassId::integrate)))] += sweeps.settle;
     if (!last) return;
 
     Timed timed(s, PassId::integrate);

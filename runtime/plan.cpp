@@ -268,8 +268,9 @@ std::uint64_t buffer_bytes(BufferId id, const RunShape& s) {
             return s.quads * (sizeof(QuadClass) + 64);
         case BufferId::scratch:
             return std::uint64_t{s.threads} *
-                   ((slot_count * std::uint64_t{s.longest} + root_slot_count) * kQuadLanes) *
-                   sizeof(float);
+                   ((kScratchRow * std::uint64_t{s.longest} + root_slot_count * kBlockLanes) *
+                        sizeof(float) +
+                    s.colliders * sizeof(std::uint32_t));
     }
     return 0;
 }

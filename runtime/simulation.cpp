@@ -104,8 +104,9 @@ void allocate(Simulation::State& s) {
         s.classes.allocate(s.class_keys.size(), host);
     }
     if (planned(BufferId::scratch)) {
-        s.scratch_stride = (slot_count * std::size_t{shape.longest} + root_slot_count) * kQuadLanes;
+        s.scratch_stride = kScratchRow * shape.longest + root_slot_count * kBlockLanes;
         s.scratch.allocate(s.scratch_stride * shape.threads, host);
+        s.near.allocate(std::size_t{shape.colliders} * shape.threads, host);
     }
 }
 

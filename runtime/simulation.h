@@ -62,6 +62,9 @@ struct StrandView {
                                                       // and what they carry
 };
 
+// Passes of the small steps share sweeps over the strands; a sweep's time counts for the pass that
+// asks for most of it: local_shape from integrate to its forces, stretch from local_shape's moves to
+// the elimination, final_length from stretch's moves over collide to the end.
 struct PassTime {
     PassId pass;
     double seconds = 0;  // CPU time summed over threads, all steps since create or reset_stats

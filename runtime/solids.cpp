@@ -158,6 +158,8 @@ void pose(const ColliderShapeData& shape, const RigidTransform& before, const Ri
         if (shape.kind == ShapeKind::plane) {
             out.bounds_min[c] = -std::numeric_limits<float>::infinity();
             out.bounds_max[c] = std::numeric_limits<float>::infinity();
+            out.middle[c] = 0;
+            out.reach_square = std::numeric_limits<float>::infinity();
             continue;
         }
         double mid = out.place[c], half = 0;
@@ -168,6 +170,17 @@ void pose(const ColliderShapeData& shape, const RigidTransform& before, const Ri
         out.bounds_min[c] = float(mid - half) - shape.distance - 1e-5f;
         out.bounds_max[c] = float(mid + half) + shape.distance + 1e-5f;
     }
+    if (shape.kind == ShapeKind::plane) return;
+    double square = 0;  // of half the box's diagonal in its own space, of half a capsule's core
+    for (int c = 0; c < 3; ++c) {
+        const bool core = shape.kind == ShapeKind::capsule;
+        const double half = core ? 0.5 * double(shape.b[c]) : 0.5 * (double(high[c]) - low[c]);
+        square += half * half;
+        out.middle[c] = 0.5f * (out.bounds_min[c] + out.bounds_max[c]);
+    }
+    const double reach = std::sqrt(square) + double(shape.distance) + 2e-5 +
+                         (shape.kind == ShapeKind::capsule ? double(shape.radius) : 0.0);
+    out.reach_square = float(reach * reach * 1.00001);
 }
 
 }  // namespace

@@ -129,6 +129,7 @@ struct Simulation::State {
     Block64<QuadState> quads;
     Block64<float> scratch;
     std::size_t scratch_stride = 0;  // floats a thread
+    Block64<std::uint32_t> near;     // colliders that reach a block, one list a thread
     std::array<float, 3> half_center{};
 
     struct ClassKey {

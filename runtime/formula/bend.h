@@ -19,14 +19,28 @@ namespace keratin {
 #endif
 #include "schema/formula/dual.h"
 
-// What the moment y = k C on the child does to the parent: (dg/da)^T y, with
+// 1 / (1 + r.t), which both formulas below take: bounded where t has turned right round.
+KERATIN_FORMULA Real bend_inverse(Real3 r, Real3 t) {
+    return Real(1) / max(Real(1) + dot(r, t), Real(1e-6));
+}
+
+// g = P(r, t) d = d - ((r + t).d) / (1 + r.t) (r + t) + 2 (r.d) t; along = r.d is the same at any
+// time, inverse = bend_inverse(r, t).
+KERATIN_FORMULA Real3 bend_target(Real3 r, Real3 t, Real3 d, Real along, Real inverse) {
+    Real share = (along + dot(t, d)) * inverse;
+    return d - r * share + t * (along + along - share);
+}
+
+// What the moment y = k (|d| u - g) on the child, u its direction, does to the parent:
+// (dg/da)^T y = k |d| (dg/da)^T u, as g keeps its length, with
 //     dg = w x g,   w = (t x da + t (t x r).da / (1 + r.t)) / |a|.
 // The first part turns t along with a; the second is the twist that P gains on the way, bounded
-// where r and t are nearly opposite.
-KERATIN_FORMULA Real3 bend_reaction(Real3 r, Real3 t, Real inverse_length, Real3 g, Real3 y) {
-    Real3 swing = y * dot(t, g) - g * dot(t, y);
-    Real twist = dot(y, cross(t, g)) / max(Real(1) + dot(r, t), Real(0.1));
-    return (swing + cross(t, r) * twist) * inverse_length;
+// where r and t are nearly opposite. scale = k |d| / |a|; t.g = r.d = along, as P is a rotation.
+KERATIN_FORMULA Real3 bend_reaction(Real3 r, Real3 t, Real3 g, Real3 u, Real along, Real inverse,
+                                    Real scale) {
+    Real3 swing = u * along - g * dot(t, u);
+    Real twist = dot(u, cross(t, g)) * min(inverse, Real(10));
+    return (swing + cross(t, r) * twist) * scale;
 }
 
 // h^2 k over the mass per length of the stiffest joint that the system takes: 4e4 times the mass of the

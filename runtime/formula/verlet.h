@@ -16,12 +16,6 @@ KERATIN_FORMULA Real3 verlet_move(Real3 x, Real3 previous, Real carry, Real3 acc
     return (x - previous) * carry + acceleration * half_square;
 }
 
-// x+ itself.
-KERATIN_FORMULA Real3 verlet(Real3 x, Real3 previous, Real carry, Real3 acceleration,
-                             Real half_square) {
-    return x + verlet_move(x, previous, carry, acceleration, half_square);
-}
-
 // The part of a point's move that a step can resolve: beside its parent's move it turns their segment
 // of length l by at most 0.2 rad. What turns faster (12 m/s across a 5 mm segment at 240 small steps a
 // second; nothing that a head does) is far beyond what linearised bending and lengths can follow: left

@@ -7,12 +7,7 @@
 #include "runtime/pass/strands.h"
 
 #define KERATIN_KERNELS(X)                                                                  \
-    X(void, prepare, (Quad & quad))                                                         \
-    X(void, integrate, (Quad & quad, const SmallStep& step))                                \
-    X(void, local_shape, (Quad & quad, const SmallStep& step))                              \
-    X(void, stretch, (Quad & quad, const SmallStep& step))                                  \
-    X(void, collide, (Quad & quad, const SmallStep& step))                                  \
-    X(void, final_length, (Quad & quad, const SmallStep& step))                             \
+    X(void, small_steps, (Quad & quad, const SmallStep* steps, std::uint32_t count))        \
     X(std::uint64_t, check, (Quad & quad))                                                  \
     X(void, grid_scatter, (const Quad& quad, const ScatterInput& in, const GridSums& sums)) \
     X(void, grid_resolve,                                                                   \

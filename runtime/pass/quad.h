@@ -1,8 +1,9 @@
-// What the strand passes work on: a quad of four tiles, 64 guides side by side, all its small steps
-// while it sits in the cache. Plain data, the same for every instruction set.
+// What the strand passes work on: a quad of four tiles, 64 guides side by side. A quad is worked
+// off in blocks of two tiles, each through all its small steps while it sits in the cache. Plain
+// data, the same for every instruction set.
 //
 //   tiled array    tile j of the quad at base + j * rows * components * 16 (schema/layout.h)
-//   scratch array  [slot][row][64 lanes], one set a thread; slots below
+//   scratch array  [row][slot][32 lanes], one set a thread; slots below
 #pragma once
 
 #include "schema/layout.h"
@@ -13,14 +14,21 @@
 namespace keratin {
 
 inline constexpr std::size_t kQuadLanes = kQuadTiles * kTileLanes;
+// Also the unit in which colliders are sorted out, so the same on every instruction set.
+inline constexpr std::size_t kBlockTiles = 2;
+inline constexpr std::size_t kBlockLanes = kBlockTiles * kTileLanes;
 
-// Scratch slots: numbers per point that live only while a quad is worked on.
+// Scratch slots: numbers per point that live only while a block is worked on. The row of all slots
+// lies together: slots a power of two apart would fall on the same lines of the cache.
 enum Slot : std::uint32_t {
-    slot_inverse_mass,  // 1 / (mass per line density) (1/m), 0 where a point is carried or absent
-    slot_stiffness,     // h^2 k of the joint at this point, per line density (m)
-    slot_pivot,         // 1 / D of the bending system's L D L^T
-    slot_band1,         // L, one below the diagonal
-    slot_band2,         // L, two below
+    slot_inverse_mass,    // 1 / (mass per line density) (1/m), 0 where a point is carried or absent
+    slot_mass,            // mass per line density (m), 0 where absent
+    slot_stiffness,       // h^2 k of the joint at this point, per line density (m)
+    slot_pivot,           // 1 / D of the bending system's L D L^T
+    slot_band1,           // L, one below the diagonal
+    slot_band2,           // L, two below
+    slot_inverse_length,  // 1 / length of the edge to the parent (1/m)
+    slot_along,           // unit rest edge of the joint's parent . rest edge of its child (m)
     slot_x,
     slot_y,
     slot_z,  // right-hand side, then directions of the segments
@@ -28,8 +36,10 @@ enum Slot : std::uint32_t {
     slot_sweep2,  // elimination of the stretch system
     slot_count
 };
+// Floats of one row.
+inline constexpr std::size_t kScratchRow = slot_count * kBlockLanes;
 
-// Values per lane at the begin and end of the step, and at the small step: 64 lanes each.
+// Values per lane at the begin and end of the step, and at the small step: a row of lanes each.
 enum RootSlot : std::uint32_t {
     root_begin = 0,  // x0, x1, u: 9 rows
     root_end = 9,    // 9 rows
@@ -49,8 +59,9 @@ struct ColliderPose {
     float from_place[3];
     // A capsule's core in the world, so that it needs no change of space: start and extent.
     float core[3], core_way[3];
-    // World bounds of the surface plus its contact distance.
+    // World bounds of the surface plus its contact distance, as a box and as a ball.
     float bounds_min[3], bounds_max[3];
+    float middle[3], reach_square;
 };
 
 // A trilinear grid of distances (settings.h DistanceGrid).
@@ -111,6 +122,14 @@ struct QuadClass {
     float length_damping = 0;
 };
 
+// Time spent (runtime/pass/ticks.h).
+struct SweepTicks {
+    std::uint64_t prepare = 0;
+    std::uint64_t predict = 0;  // root to tip: integrate, local_shape's forces
+    std::uint64_t tense = 0;    // tip to root: local_shape's moves, stretch's elimination
+    std::uint64_t settle = 0;   // root to tip: stretch's moves, collide, final_length
+};
+
 struct StepFlags {
     std::uint32_t has_wind = 0, has_turbulence = 0;
     std::uint32_t stretch = 1, local_shape = 1, collision = 0, final_length = 1;
@@ -130,18 +149,15 @@ struct Quad {
     const float* root_end = nullptr;
     std::size_t root_stride = 0;
     const QuadClass* group = nullptr;
-    float* scratch = nullptr;       // [slot_count][rows][64]
-    float* root_scratch = nullptr;  // [root_slot_count][64]
+    float* scratch = nullptr;       // [rows][slot_count][32]
+    float* root_scratch = nullptr;  // [root_slot_count][32]
+    std::uint32_t* near = nullptr;  // [collider_count], those that reach a block
+    SweepTicks* ticks = nullptr;
     const ColliderShapeData* shapes = nullptr;
     std::uint32_t collider_count = 0;
     StepFlags flags;
-    float bounds_min[3] = {}, bounds_max[3] = {};  // of all points, out of the last stretch sweep
+    float bounds_min[3] = {}, bounds_max[3] = {};  // of all points, out of check()
     float fastest = 0;                             // largest |x - x_previous|^2, out of check()
 };
-
-[[gnu::always_inline]] constexpr std::size_t scratch_index(std::uint32_t slot, std::uint32_t rows,
-                                                           std::uint32_t row) {
-    return (std::size_t{slot} * rows + row) * kQuadLanes;
-}
 
 }  // namespace keratin

@@ -49,59 +49,81 @@ inline float node_distance(const DistanceNodes& g, const float p[3], float norma
     return mix(z0, z1, f[2]);
 }
 
-KERATIN_ALWAYS_INLINE Work grid_distance(const DistanceNodes& g, const Work3& p, Work3& normal) {
-    float px[kWorkLanes], py[kWorkLanes], pz[kWorkLanes], d[kWorkLanes];
+template <class Pack>
+KERATIN_ALWAYS_INLINE Pack grid_distance(const DistanceNodes& g, const Vec3<Pack>& p,
+                                         Vec3<Pack>& normal) {
+    constexpr int kLanes = Pack::kLanes;
+    float px[kLanes], py[kLanes], pz[kLanes], d[kLanes];
     store(p.x, px, 16);
     store(p.y, py, 16);
     store(p.z, pz, 16);
-    for (int l = 0; l < kWorkLanes; ++l) {
+    for (int l = 0; l < kLanes; ++l) {
         const float q[3] = {px[l], py[l], pz[l]};
         float n[3];
         d[l] = node_distance(g, q, n);
         px[l] = n[0], py[l] = n[1], pz[l] = n[2];
     }
-    normal = Work3(load<Work>(px, 16), load<Work>(py, 16), load<Work>(pz, 16));
-    return load<Work>(d, 16);
+    normal = Vec3<Pack>(load<Pack>(px, 16), load<Pack>(py, 16), load<Pack>(pz, 16));
+    return load<Pack>(d, 16);
 }
 
 // Distance in the shape's own space.
-template <ShapeKind kind>
-KERATIN_ALWAYS_INLINE Work own_distance(const ColliderShapeData& s, const Work3& p, Work3& normal) {
+template <ShapeKind kind, class Pack>
+KERATIN_ALWAYS_INLINE Pack own_distance(const ColliderShapeData& s, const Vec3<Pack>& p,
+                                        Vec3<Pack>& normal) {
     if constexpr (kind == ShapeKind::capsule)
-        return capsule_distance(p, splat(s.a), splat(s.b), Work(s.inverse_square), Work(s.radius),
-                                normal);
+        return capsule_distance(p, splat<Pack>(s.a), splat<Pack>(s.b), Pack(s.inverse_square),
+                                Pack(s.radius), normal);
     else if constexpr (kind == ShapeKind::box)
-        return box_distance(p - splat(s.a), splat(s.b), normal);
+        return box_distance(p - splat<Pack>(s.a), splat<Pack>(s.b), normal);
     else if constexpr (kind == ShapeKind::plane)
-        return plane_distance(p, splat(s.a), splat(s.b), normal);
+        return plane_distance(p, splat<Pack>(s.a), splat<Pack>(s.b), normal);
     else
         return grid_distance(s.grid, p, normal);
 }
 
 // Distance that a point keeps: the contact distance, or less where the groom at rest lies deeper.
-template <ShapeKind kind>
-KERATIN_ALWAYS_INLINE Work kept_distance(const ColliderShapeData& s, const Block& b,
+template <ShapeKind kind, class Pack>
+KERATIN_ALWAYS_INLINE Pack kept_distance(const ColliderShapeData& s, const Part<Pack> b,
                                          std::size_t row) {
-    const Work kept(s.distance);
+    const Pack kept(s.distance);
     if (!s.allows_rest_depth) return kept;
-    Work3 ignored;
-    const Work3 rest = times(s.rest_to_own, b.rest(row) - splat(s.rest_place));
+    Vec3<Pack> ignored;
+    const Vec3<Pack> rest = times(s.rest_to_own, b.rest(row) - splat<Pack>(s.rest_place));
     return min(kept, own_distance<kind>(s, rest, ignored));
 }
 
+// Whether any point of x can lie in the collider: exact for capsules but for rounding, without
+// their root.
+template <ShapeKind kind, class Pack>
+KERATIN_ALWAYS_INLINE bool reaches(const ColliderShapeData& s, const ColliderPose& pose,
+                                   const Vec3<Pack>& x) {
+    const Vec3<Pack> from = x - splat<Pack>(pose.middle);
+    if (!any(dot(from, from) < Pack(pose.reach_square))) return false;
+    if constexpr (kind == ShapeKind::capsule) {
+        const float reach = (s.radius + s.distance) * 1.00001f;
+        return any(capsule_square(x, splat<Pack>(pose.core), splat<Pack>(pose.core_way),
+                                  Pack(s.inverse_square)) < Pack(reach * reach));
+    } else {
+        Vec3<Pack> ignored;
+        return any(own_distance<kind>(s, times(pose.to_own, x - splat<Pack>(pose.place)), ignored) <
+                   Pack(s.distance));
+    }
+}
+
 // How deep x lies in the collider, and the way out in the world.
-template <ShapeKind kind>
-KERATIN_ALWAYS_INLINE Work depth_in(const ColliderShapeData& s, const ColliderPose& pose,
-                                    const Block& b, std::size_t row, const Work3& x,
-                                    Work3& normal) {
-    Work distance;
+template <ShapeKind kind, class Pack>
+KERATIN_ALWAYS_INLINE Pack depth_in(const ColliderShapeData& s, const ColliderPose& pose,
+                                    const Part<Pack> b, std::size_t row, const Vec3<Pack>& x,
+                                    Vec3<Pack>& normal) {
+    Pack distance;
     if constexpr (kind == ShapeKind::capsule)
-        distance = capsule_distance(x, splat(pose.core), splat(pose.core_way),
-                                    Work(s.inverse_square), Work(s.radius), normal);
+        distance = capsule_distance(x, splat<Pack>(pose.core), splat<Pack>(pose.core_way),
+                                    Pack(s.inverse_square), Pack(s.radius), normal);
     else
-        distance = own_distance<kind>(s, times(pose.to_own, x - splat(pose.place)), normal);
-    const Work depth = Work(s.distance) - distance;
-    if (!any(Work(0.0f) < depth)) return depth;
+        distance = own_distance<kind>(s, times(pose.to_own, x - splat<Pack>(pose.place)), normal);
+    const Pack depth = Pack(s.distance) - distance;
+    if (!any(Pack(0.0f) < depth)) return depth;
     if constexpr (kind != ShapeKind::capsule) normal = transposed_times(pose.to_own, normal);
     return kept_distance<kind>(s, b, row) - distance;
 }
@@ -125,11 +147,12 @@ KERATIN_ALWAYS_INLINE void with_shape(ShapeKind kind, Body&& body) {
     }
 }
 
-// Whether the collider can reach the quad's points as they are now.
-KERATIN_ALWAYS_INLINE bool overlaps(const Quad& quad, const ColliderPose& pose, float margin) {
+// Whether the collider can reach a box.
+KERATIN_ALWAYS_INLINE bool overlaps(const float (&low)[3], const float (&high)[3],
+                                    const ColliderPose& pose, float margin) {
     for (int c = 0; c < 3; ++c) {
-        if (quad.bounds_max[c] + margin < pose.bounds_min[c]) return false;
-        if (pose.bounds_max[c] < quad.bounds_min[c] - margin) return false;
+        if (high[c] + margin < pose.bounds_min[c]) return false;
+        if (pose.bounds_max[c] < low[c] - margin) return false;
     }
     return true;
 }

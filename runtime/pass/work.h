@@ -1,5 +1,5 @@
-// How a pass walks a quad: blocks of as many lanes as the instruction set works on at a time, each
-// with its rows.
+// How a pass walks a block of a quad: parts of as many lanes as it works on at a time, each with
+// its rows.
 #pragma once
 
 #include "runtime/lane/lanes.h"
@@ -9,112 +9,120 @@ namespace keratin::KERATIN_ISA {
 
 using Work3 = Vec3<Work>;
 
-// Lanes lane .. lane + kWorkLanes of a quad.
-struct Block {
-    const Quad& quad;
-    std::size_t lane;  // first lane, multiple of 16
+// Lanes first .. first + Pack::kLanes of a quad. Sweeps take it by value: what it points to is then
+// known to be its own, and the pointers stay in registers.
+template <class Pack>
+struct Part {
+    using Pack3 = Vec3<Pack>;
+
     std::size_t rows;
+    float* position;
+    float* previous;
+    const float* lengths;
+    const float* edges;
+    const float* rests;
+    const float* shapes;
+    float* scratch;
+    float* root_scratch;
 
-    KERATIN_ALWAYS_INLINE Block(const Quad& q, std::size_t first)
-        : quad(q), lane(first), rows(q.rows) {}
+    KERATIN_ALWAYS_INLINE Part(const Quad& q, std::size_t first) : rows(q.rows) {
+        const std::size_t scalars = first / kTileLanes * rows * kTileLanes + first % kTileLanes;
+        const std::size_t vectors = first / kTileLanes * rows * 3 * kTileLanes + first % kTileLanes;
+        position = q.position + vectors;
+        previous = q.previous + vectors;
+        lengths = q.length + scalars;
+        edges = q.edge + vectors;
+        rests = q.rest + vectors;
+        shapes = q.shape + vectors;
+        scratch = q.scratch + first % kBlockLanes;
+        root_scratch = q.root_scratch + first % kBlockLanes;
+    }
 
-    KERATIN_ALWAYS_INLINE std::size_t tile(std::size_t components) const {
-        return lane / kTileLanes * rows * components * kTileLanes;
+    KERATIN_ALWAYS_INLINE Pack3 vector(const float* tiled, std::size_t row) const {
+        return load3<Pack>(tiled + row * 3 * kTileLanes, rows * 3 * kTileLanes);
     }
-    KERATIN_ALWAYS_INLINE std::size_t stride(std::size_t components) const {
-        return rows * components * kTileLanes;
+    KERATIN_ALWAYS_INLINE Pack3 x(std::size_t row) const { return vector(position, row); }
+    KERATIN_ALWAYS_INLINE Pack3 x_previous(std::size_t row) const { return vector(previous, row); }
+    KERATIN_ALWAYS_INLINE void set_x(std::size_t row, const Pack3& v) const {
+        store3(v, position + row * 3 * kTileLanes, rows * 3 * kTileLanes);
     }
-    KERATIN_ALWAYS_INLINE float* position(std::size_t row) const {
-        return quad.position + tile(3) + row * 3 * kTileLanes;
+    KERATIN_ALWAYS_INLINE void set_x_previous(std::size_t row, const Pack3& v) const {
+        store3(v, previous + row * 3 * kTileLanes, rows * 3 * kTileLanes);
     }
-    KERATIN_ALWAYS_INLINE float* previous(std::size_t row) const {
-        return quad.previous + tile(3) + row * 3 * kTileLanes;
+    KERATIN_ALWAYS_INLINE Pack length(std::size_t row) const {
+        return load<Pack>(lengths + row * kTileLanes, rows * kTileLanes);
     }
-    KERATIN_ALWAYS_INLINE Work3 x(std::size_t row) const {
-        return load3<Work>(position(row), stride(3));
-    }
-    KERATIN_ALWAYS_INLINE Work3 x_previous(std::size_t row) const {
-        return load3<Work>(previous(row), stride(3));
-    }
-    KERATIN_ALWAYS_INLINE void set_x(std::size_t row, const Work3& v) const {
-        store3(v, position(row), stride(3));
-    }
-    KERATIN_ALWAYS_INLINE void set_x_previous(std::size_t row, const Work3& v) const {
-        store3(v, previous(row), stride(3));
-    }
-    KERATIN_ALWAYS_INLINE Work length(std::size_t row) const {
-        return load<Work>(quad.length + tile(1) + row * kTileLanes, stride(1));
-    }
-    KERATIN_ALWAYS_INLINE Work3 shape(std::size_t row) const {
-        return load3<Work>(quad.shape + tile(3) + row * 3 * kTileLanes, stride(3));
-    }
-    KERATIN_ALWAYS_INLINE Work3 edge(std::size_t row) const {
-        return load3<Work>(quad.edge + tile(3) + row * 3 * kTileLanes, stride(3));
-    }
-    KERATIN_ALWAYS_INLINE Work3 rest(std::size_t row) const {
-        return load3<Work>(quad.rest + tile(3) + row * 3 * kTileLanes, stride(3));
-    }
+    KERATIN_ALWAYS_INLINE Pack3 shape(std::size_t row) const { return vector(shapes, row); }
+    KERATIN_ALWAYS_INLINE Pack3 edge(std::size_t row) const { return vector(edges, row); }
+    KERATIN_ALWAYS_INLINE Pack3 rest(std::size_t row) const { return vector(rests, row); }
+
     KERATIN_ALWAYS_INLINE float* slot(std::uint32_t s, std::size_t row) const {
-        return quad.scratch + scratch_index(s, quad.rows, std::uint32_t(row)) + lane;
+        return scratch + row * kScratchRow + s * kBlockLanes;
     }
-    KERATIN_ALWAYS_INLINE Work get(std::uint32_t s, std::size_t row) const {
-        return load<Work>(slot(s, row), kTileLanes);
+    KERATIN_ALWAYS_INLINE Pack get(std::uint32_t s, std::size_t row) const {
+        return load<Pack>(slot(s, row), kTileLanes);
     }
-    KERATIN_ALWAYS_INLINE void set(std::uint32_t s, std::size_t row, const Work& v) const {
+    KERATIN_ALWAYS_INLINE void set(std::uint32_t s, std::size_t row, const Pack& v) const {
         store(v, slot(s, row), kTileLanes);
     }
-    KERATIN_ALWAYS_INLINE Work3 get3(std::uint32_t s, std::size_t row) const {
-        return Work3(get(s, row), get(s + 1, row), get(s + 2, row));
+    KERATIN_ALWAYS_INLINE Pack3 get3(std::uint32_t s, std::size_t row) const {
+        return Pack3(get(s, row), get(s + 1, row), get(s + 2, row));
     }
-    KERATIN_ALWAYS_INLINE void set3(std::uint32_t s, std::size_t row, const Work3& v) const {
+    KERATIN_ALWAYS_INLINE void set3(std::uint32_t s, std::size_t row, const Pack3& v) const {
         set(s, row, v.x);
         set(s + 1, row, v.y);
         set(s + 2, row, v.z);
     }
-    KERATIN_ALWAYS_INLINE Work3 root3(std::uint32_t s) const {
-        const float* p = quad.root_scratch + s * kQuadLanes + lane;
-        return Work3(load<Work>(p, kTileLanes), load<Work>(p + kQuadLanes, kTileLanes),
-                     load<Work>(p + 2 * kQuadLanes, kTileLanes));
+    KERATIN_ALWAYS_INLINE Pack3 root3(std::uint32_t s) const {
+        const float* p = root_scratch + s * kBlockLanes;
+        return Pack3(load<Pack>(p, kTileLanes), load<Pack>(p + kBlockLanes, kTileLanes),
+                     load<Pack>(p + 2 * kBlockLanes, kTileLanes));
     }
-    KERATIN_ALWAYS_INLINE void set_root3(std::uint32_t s, const Work3& v) const {
-        float* p = quad.root_scratch + s * kQuadLanes + lane;
+    KERATIN_ALWAYS_INLINE void set_root3(std::uint32_t s, const Pack3& v) const {
+        float* p = root_scratch + s * kBlockLanes;
         store(v.x, p, kTileLanes);
-        store(v.y, p + kQuadLanes, kTileLanes);
-        store(v.z, p + 2 * kQuadLanes, kTileLanes);
+        store(v.y, p + kBlockLanes, kTileLanes);
+        store(v.z, p + 2 * kBlockLanes, kTileLanes);
     }
 };
 
-KERATIN_ALWAYS_INLINE Work3 splat(const float (&v)[3]) {
-    return Work3(Work(v[0]), Work(v[1]), Work(v[2]));
+template <class Pack>
+KERATIN_ALWAYS_INLINE Vec3<Pack> splat(const float (&v)[3]) {
+    return Vec3<Pack>(Pack(v[0]), Pack(v[1]), Pack(v[2]));
 }
 // A matrix given by rows times a vector.
-KERATIN_ALWAYS_INLINE Work3 times(const float (&m)[9], const Work3& v) {
-    return Work3(Work(m[0]) * v.x + Work(m[1]) * v.y + Work(m[2]) * v.z,
-                 Work(m[3]) * v.x + Work(m[4]) * v.y + Work(m[5]) * v.z,
-                 Work(m[6]) * v.x + Work(m[7]) * v.y + Work(m[8]) * v.z);
+template <class Pack>
+KERATIN_ALWAYS_INLINE Vec3<Pack> times(const float (&m)[9], const Vec3<Pack>& v) {
+    return Vec3<Pack>(Pack(m[0]) * v.x + Pack(m[1]) * v.y + Pack(m[2]) * v.z,
+                      Pack(m[3]) * v.x + Pack(m[4]) * v.y + Pack(m[5]) * v.z,
+                      Pack(m[6]) * v.x + Pack(m[7]) * v.y + Pack(m[8]) * v.z);
 }
-KERATIN_ALWAYS_INLINE Work3 transposed_times(const float (&m)[9], const Work3& v) {
-    return Work3(Work(m[0]) * v.x + Work(m[3]) * v.y + Work(m[6]) * v.z,
-                 Work(m[1]) * v.x + Work(m[4]) * v.y + Work(m[7]) * v.z,
-                 Work(m[2]) * v.x + Work(m[5]) * v.y + Work(m[8]) * v.z);
+template <class Pack>
+KERATIN_ALWAYS_INLINE Vec3<Pack> transposed_times(const float (&m)[9], const Vec3<Pack>& v) {
+    return Vec3<Pack>(Pack(m[0]) * v.x + Pack(m[3]) * v.y + Pack(m[6]) * v.z,
+                      Pack(m[1]) * v.x + Pack(m[4]) * v.y + Pack(m[7]) * v.z,
+                      Pack(m[2]) * v.x + Pack(m[5]) * v.y + Pack(m[8]) * v.z);
 }
 
 // The root frame's first segment at the fraction s of the step: points 0 and 1 move evenly, the
 // segment keeps its length.
+template <class Pack>
 struct RootNow {
-    Work3 x0, x1, direction, director;
+    Vec3<Pack> x0, x1, direction, director;
 };
-KERATIN_ALWAYS_INLINE RootNow root_now(const Block& b, float fraction) {
-    const Work s(fraction);
-    const Work3 x0_a = b.root3(root_begin), x0_b = b.root3(root_end);
-    const Work3 x1_a = b.root3(root_begin + 3), x1_b = b.root3(root_end + 3);
-    const Work3 u_a = b.root3(root_begin + 6), u_b = b.root3(root_end + 6);
-    RootNow r;
+template <class Pack>
+KERATIN_ALWAYS_INLINE RootNow<Pack> root_now(const Part<Pack>& b, float fraction) {
+    using Pack3 = Vec3<Pack>;
+    const Pack s(fraction);
+    const Pack3 x0_a = b.root3(root_begin), x0_b = b.root3(root_end);
+    const Pack3 x1_a = b.root3(root_begin + 3), x1_b = b.root3(root_end + 3);
+    const Pack3 u_a = b.root3(root_begin + 6), u_b = b.root3(root_end + 6);
+    RootNow<Pack> r;
     r.x0 = x0_a + (x0_b - x0_a) * s;
-    const Work3 e = x1_a + (x1_b - x1_a) * s - r.x0;
-    r.direction = normalize_or(e, Work3(Work(0.0f), Work(1.0f), Work(0.0f)));
+    const Pack3 e = x1_a + (x1_b - x1_a) * s - r.x0;
+    r.direction = normalize_or(e, Pack3(Pack(0.0f), Pack(1.0f), Pack(0.0f)));
     r.x1 = r.x0 + r.direction * b.length(1);
-    const Work3 u = u_a + (u_b - u_a) * s;
+    const Pack3 u = u_a + (u_b - u_a) * s;
     r.director =
         normalize_or(u - r.direction * dot(r.direction, u), any_perpendicular(r.direction));
     return r;

@@ -24,6 +24,14 @@ KERATIN_FORMULA Real capsule_distance(Real3 p, Real3 a, Real3 ab, Real inverse_s
     return select(core, Real(0), distance) - r;
 }
 
+// Square of the distance of p to the core of that capsule.
+KERATIN_FORMULA Real capsule_square(Real3 p, Real3 a, Real3 ab, Real inverse_square) {
+    Real3 ap = p - a;
+    Real s = min(max(dot(ap, ab) * inverse_square, Real(0)), Real(1));
+    Real3 d = ap - ab * s;
+    return dot(d, d);
+}
+
 // Half space below the plane through `point` with the unit normal n.
 KERATIN_FORMULA Real plane_distance(Real3 p, Real3 point, Real3 n, KERATIN_OUT(Real3, normal)) {
     normal = n;

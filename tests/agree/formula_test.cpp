@@ -136,7 +136,8 @@ TEST_CASE("minimal rotation takes one direction to the other and keeps lengths")
 }
 
 TEST_CASE("the reaction of a bend is the derivative of its error") {
-    // (dg/da)^T y against finite differences of y . g over the parent's edge.
+    // (dg/da)^T y against finite differences of y . g over the parent's edge, y along g apart: g
+    // keeps its length.
     const std::vector<float> in = inputs(400, 14);
     int tested = 0;
     for (std::size_t item = 0; item < 400; ++item) {
@@ -147,14 +148,15 @@ TEST_CASE("the reaction of a bend is the derivative of its error") {
         const Vec3<double> a = v(0), d = v(1), y = v(2), z(0, 0, 1);
         const auto r = normalize_or(v(3), z), t = normalize_or(a, z);
         if (length(a) < 0.3 || dot(r, t) < -0.85) continue;
-        const auto g = minimal_turn(r, t, d);
-        const auto reaction = bend_reaction(r, t, 1 / length(a), g, y);
+        const double along = dot(r, d), inverse = bend_inverse(r, t);
+        const auto g = bend_target(r, t, d, along, inverse);
+        const auto reaction = bend_reaction(r, t, g, y, along, inverse, 1 / length(a));
         const double step = 1e-6;
         for (int c = 0; c < 3; ++c) {
             const auto target = [&](double s) {
                 Vec3<double> e = a;
                 (c == 0 ? e.x : c == 1 ? e.y : e.z) += s;
-                return minimal_turn(r, normalize_or(e, z), d);
+                return minimal_rotation(r, normalize_or(e, z), any_perpendicular(r), d);
             };
             const double slope = dot(y, target(step) - target(-step)) / (2 * step);
             const double expected = c == 0 ? reaction.x : c == 1 ? reaction.y : reaction.z;
@@ -165,7 +167,7 @@ TEST_CASE("the reaction of a bend is the derivative of its error") {
     CHECK(tested > 200);
 }
 
-TEST_CASE("both forms of the minimal rotation are the same") {
+TEST_CASE("every form of the minimal rotation is the same") {
     const std::vector<float> in = inputs(1000, 15);
     for (std::size_t item = 0; item < 1000; ++item) {
         const auto v = [&](std::size_t i) {
@@ -174,7 +176,9 @@ TEST_CASE("both forms of the minimal rotation are the same") {
         };
         const auto a = normalize_or(v(0), {0, 0, 1}), b = normalize_or(v(1), {0, 0, 1});
         if (dot(a, b) < -0.999) continue;
-        REQUIRE(length(minimal_turn(a, b, v(2)) -
-                       minimal_rotation(a, b, any_perpendicular(a), v(2))) < 1e-9);
+        const auto target = bend_target(a, b, v(2), dot(a, v(2)), bend_inverse(a, b));
+        const auto turned = minimal_rotation(a, b, any_perpendicular(a), v(2));
+        REQUIRE(length(target - turned) < 1e-9);
+        REQUIRE(length(minimal_turn(a, b, v(2)) - turned) < 1e-9);
     }
 }

@@ -38,7 +38,9 @@ inline constexpr int kInputs = 16, kOutputs = 4;
     X(triangle_rotation, out(triangle_rotation(v(0), v(1), v(2))))                                 \
     X(mix_points, out(mix_points(v(0), v(1), s(12))))                                              \
     X(verlet_move, out(verlet_move(v(0), v(1), s(12), v(2), s(13))))                               \
-    X(bend_reaction, out(bend_reaction(n(0), n(1), s(12), v(2), v(3))))                            \
+    X(bend_inverse, out(bend_inverse(n(0), n(1))))                                                 \
+    X(bend_target, out(bend_target(n(0), n(1), v(2), s(12), s(13))))                               \
+    X(bend_reaction, out(bend_reaction(n(0), n(1), v(2), v(3), s(12), s(13), s(14))))              \
     X(bend_stiffness, out(bend_stiffness(abs(s(12)), abs(s(13)), abs(s(14)))))                     \
     X(stiffest_joint, out(stiffest_joint(s(12))))                                                  \
     X(longest_turn, out(longest_turn(s(12))))                                                      \
@@ -48,6 +50,7 @@ inline constexpr int kInputs = 16, kOutputs = 4;
     X(bend_sweep, out(bend_sweep(v(0), v(1))))                                                     \
     X(inverse_point_mass, out(inverse_point_mass(abs(s(12)), abs(s(13)))))                         \
     X(pull_to_parent, out(pull_to_parent(v(0), abs(s(12)))))                                       \
+    X(way_out, out(way_out(n(0), abs(s(12)), n(1), abs(s(13)))))                                   \
     X(friction_move, out(friction_move(v(0), n(1), s(12), abs(s(13)))))                            \
     X(volume_acceleration, out(volume_acceleration(v(0), s(12), abs(s(13)))))                      \
     X(rubbed, out(rubbed(v(0), v(1), s(12))))                                                      \
@@ -58,6 +61,7 @@ inline constexpr int kInputs = 16, kOutputs = 4;
     X(weighted_displacement, out(weighted_displacement(v(0), v(1), v(2), s(12), s(13), s(14))))    \
     X(capsule_distance,                                                                            \
       out4(capsule_distance(v(0), v(1), v(2), number(1) / dot(v(2), v(2)), abs(s(12)), normal)))   \
+    X(capsule_square, out(capsule_square(v(0), v(1), v(2), number(1) / dot(v(2), v(2)))))          \
     X(plane_distance, out4(plane_distance(v(0), v(1), n(2), normal)))                              \
     X(box_distance, out4(box_distance(v(0), vector(abs(s(12)), abs(s(13)), abs(s(14))), normal)))
 

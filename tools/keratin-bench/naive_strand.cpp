@@ -22,12 +22,17 @@ const Capsule kCapsules[4] = {{{0, -0.02f, 0}, {0, 0.04f, 0}, 0.078f},
                               {{-0.2f, -0.35f, 0}, {0.15f, 0.1f, 0}, 0.06f},
                               {{0.2f, -0.35f, 0}, {-0.15f, 0.1f, 0}, 0.06f}};
 
+float distance(const Capsule& c, const Vec3<float>& p, Vec3<float>& normal) {
+    return capsule_distance(p, c.a, c.ab, 1 / dot(c.ab, c.ab), c.radius, normal);
+}
+
 }  // namespace
 
 NaiveStrands::NaiveStrands(const scenes::Groom& g, std::uint32_t iterations)
     : iterations_(iterations) {
     const Material& m = g.info.groups[0].material;
     bending_ = m.youngs_modulus * (m.radius * m.radius + m.radius2 * m.radius2) / (8 * m.density);
+    pull_ = 1 - std::pow(1 - g.info.groups[0].strand.global_length, 1.0f / float(iterations));
     keep_ = std::pow(1 - g.info.groups[0].strand.damping[0], 1.0f / float(iterations));
     std::size_t longest = 0;
     for (std::size_t lane = 0; lane < g.guide_point_count.size(); ++lane) {
@@ -50,7 +55,7 @@ NaiveStrands::NaiveStrands(const scenes::Groom& g, std::uint32_t iterations)
     }
     first_.push_back(x_.size());
     previous_ = x_;
-    direction_.resize(longest), side_vector_.resize(longest), load_.resize(longest);
+    direction_.resize(longest), load_.resize(longest);
     for (auto* v : {&stiffness_, &pivot_, &band1_, &band2_, &value_, &share_}) v->resize(longest);
 }
 
@@ -62,9 +67,11 @@ void NaiveStrands::small_step(float h, std::size_t first, std::size_t count) {
     const std::size_t n = count - 1;
     const auto mass = [&](std::size_t i) { return 0.5f * (l[i] + (i < n ? l[i + 1] : 0)); };
 
+    V move(0, 0, 0);
     for (std::size_t i = 2; i <= n; ++i) {
         const V now = x[i];
-        x[i] = verlet(now, previous[i], keep_, V(0, 0, 0), 0.0f);
+        move = resolved_move((now - previous[i]) * keep_, move, longest_turn(l[i]));
+        x[i] = now + move;
         previous[i] = now;
     }
 
@@ -76,9 +83,11 @@ void NaiveStrands::small_step(float h, std::size_t first, std::size_t count) {
         const V e = x[i + 1] - x[i];
         const float inverse = 1 / std::sqrt(dot(e, e));
         const V next = e * inverse;
-        const V g = minimal_turn(r, t, edge[i + 1]);
+        const float along = dot(r, edge[i + 1]), turn = bend_inverse(r, t);
+        const V g = bend_target(r, t, edge[i + 1], along, turn);
         const V f = (next * l[i + 1] - g) * stiffness_[i];
-        const V reaction = bend_reaction(r, t, inverse_length, g, f);
+        const V reaction =
+            bend_reaction(r, t, g, next, along, turn, stiffness_[i] * l[i + 1] * inverse_length);
         load_[i + 1] -= f;
         load_[i] += f + reaction;
         load_[i - 1] -= reaction;
@@ -128,21 +137,46 @@ void NaiveStrands::small_step(float h, std::size_t first, std::size_t count) {
         x[i] -= push * inverse_point_mass(l[i], i < n ? l[i + 1] : 0.0f);
     }
 
-    for (std::size_t i = 2; i <= n; ++i)
+    V along = normalize_or(x[1] - x[0], V(0, 1, 0)), pulled = x[1];
+    for (std::size_t i = 2; i <= n; ++i) {
+        V before = x[i];
+        pulled = before + pull_to_parent(before - pulled, l[i]) * pull_;
+        const V parent = x[i - 1];
+        along = normalize_or(pulled - parent, along);
+        V now = parent + along * l[i];
+        const V free = now;
+        int hits = 0;
         for (const Capsule& c : kCapsules) {
             V normal;
-            const float depth =
-                -capsule_distance(x[i], c.a, c.ab, 1 / dot(c.ab, c.ab), c.radius, normal);
+            const float depth = -distance(c, now, normal);
             if (depth <= 0) continue;
-            x[i] += normal * depth;
-            x[i] += friction_move(x[i] - previous[i], normal, depth, 0.3f);
+            now += way_out(along, l[i], normal, depth);
+            now += friction_move(previous[i] - now, normal, depth, 0.3f);
+            ++hits;
         }
-    V along = normalize_or(x[1] - x[0], V(0, 1, 0));
-    for (std::size_t i = 2; i <= n; ++i) {
-        along = normalize_or(x[i] - x[i - 1], along);
-        const V d = x[i - 1] + along * l[i] - x[i];
-        x[i] += d;
-        if (i > 2) previous[i - 1] += d * 0.9f;
+        if (hits > 0) {
+            const V shift = now - free;
+            before += shift;
+            along = normalize_or(now - parent, along);
+            now = parent + along * l[i];
+            bool deep = hits > 1 || dot(shift, shift) > l[i] * 2e-6f;
+            for (int round = 0; deep && round < 16; ++round) {
+                deep = false;
+                V out = now;
+                for (const Capsule& c : kCapsules) {
+                    V normal;
+                    const float depth = -distance(c, out, normal);
+                    if (depth <= 2e-6f) continue;
+                    out += way_out(along, l[i], normal, depth);
+                    deep = true;
+                }
+                if (!deep) break;
+                along = normalize_or(out - parent, along);
+                now = parent + along * l[i];
+            }
+        }
+        x[i] = now;
+        if (i > 2) previous[i - 1] += (now - before) * 0.9f;
     }
 }
 

@@ -27,11 +27,11 @@ class NaiveStrands {
 
     std::uint32_t iterations_;
     float bending_ = 0;  // E I / (density area), m^4/s^2
-    float keep_ = 1;
+    float keep_ = 1, pull_ = 0;
     std::vector<std::size_t> first_;
     std::vector<V> x_, previous_, edge_;
     std::vector<float> length_;
-    std::vector<V> direction_, side_vector_, load_;
+    std::vector<V> direction_, load_;
     std::vector<float> stiffness_, pivot_, band1_, band2_, value_, share_;
 };
 

@@ -1,19 +1,17 @@
-// Before the small steps of a quad: where its roots go, the masses, and the factors of the bending
+// Before the small steps of a block: where its roots go, the masses, and the factors of the bending
 // system, which depend on the rest shape and the step alone.
+#pragma once
+
 #include "runtime/formula/bend.h"
 #include "runtime/formula/interpolate.h"
 #include "runtime/formula/length.h"
-#include "runtime/pass/kernel.h"
 #include "runtime/pass/work.h"
 
 namespace keratin::KERATIN_ISA {
-KERATIN_DECLARE_KERNELS
 
-namespace {
-
-void prepare_root(const Block& b, const float* transform, std::uint32_t slot) {
-    const std::size_t stride = b.quad.root_stride;
-    const float* p = transform + b.lane / kTileLanes * stride;
+inline void prepare_root(const Part<Work> b, std::size_t lane, const float* transform,
+                         std::size_t stride, std::uint32_t slot) {
+    const float* p = transform + lane / kTileLanes * stride + lane % kTileLanes;
     const auto at = [&](std::size_t c) { return load<Work>(p + c * kTileLanes, stride); };
     const Vec4<Work> q(at(0), at(1), at(2), at(3));
     const Work3 t(at(4), at(5), at(6));
@@ -30,19 +28,19 @@ void prepare_root(const Block& b, const float* transform, std::uint32_t slot) {
 // length passes, which move points in the same directions: 10 is where strands of any stiffness and
 // 65 degrees of curl a joint came to rest in trials, 3 was not enough. All pivots are at least the
 // mass in exact arithmetic; rounding is kept from going below.
-constexpr float kSweepShareValue = 10;
+inline constexpr float kSweepShareValue = 10;
 
-void prepare_bending(const Block& b) {
+inline void prepare_bending(const Part<Work> b, const QuadClass& group, bool bends) {
     const std::size_t n = b.rows - 1;
     const Work zero(0.0f), one(1.0f);
-    const Work stiffness(b.quad.group->stiffness_step);
+    const Work stiffness(group.stiffness_step);
 
     const Work kSweepShare(kSweepShareValue);
     struct Joint {
         Work k, lever, sweep;
     };
     const auto joint = [&](std::size_t i) {
-        if (i >= n || !b.quad.flags.local_shape) return Joint{zero, zero, zero};
+        if (i >= n || !bends) return Joint{zero, zero, zero};
         const Work parent = b.length(i);
         const Work half = i == 1 ? zero : Work(0.5f) * parent;
         const Work k = bend_stiffness(stiffness, half, b.length(i + 1));
@@ -52,6 +50,9 @@ void prepare_bending(const Block& b) {
 
     Joint below = joint(1), here = joint(2);
     b.set(slot_stiffness, 1, below.k);
+    b.set(slot_inverse_length, 1, one / max(b.length(1), Work(1e-12f)));
+    // The clamp's direction is the root frame's first axis.
+    if (bends) b.set(slot_along, 1, b.edge(2).x);
     Work inverse1 = zero, inverse2 = zero;  // 1 / D of the two rows before
     Work band1 = zero;                      // L1 of the row before
     Work mass_length = b.length(2);
@@ -60,7 +61,13 @@ void prepare_bending(const Block& b) {
         const Work next_length = i < n ? b.length(i + 1) : zero;
         const Work w = inverse_point_mass(mass_length, next_length);
         b.set(slot_inverse_mass, i, w);
-        const Work m = select(w < Work(1e-20f), one, Work(0.5f) * (mass_length + next_length));
+        const Work there = Work(0.5f) * (mass_length + next_length);
+        const auto none = w < Work(1e-20f);
+        const Work m = select(none, one, there);
+        b.set(slot_mass, i, select(none, zero, there));
+        const Work inverse_length = one / max(mass_length, Work(1e-12f));
+        b.set(slot_inverse_length, i, inverse_length);
+        if (bends && i < n) b.set(slot_along, i, dot(b.edge(i), b.edge(i + 1)) * inverse_length);
         mass_length = next_length;
 
         const Work far = one + here.lever;
@@ -87,14 +94,12 @@ void prepare_bending(const Block& b) {
     }
 }
 
-}  // namespace
-
-void prepare(Quad& quad) {
-    for (std::size_t lane = 0; lane < kQuadLanes; lane += kWorkLanes) {
-        const Block b(quad, lane);
-        prepare_root(b, quad.root_begin, root_begin);
-        prepare_root(b, quad.root_end, root_end);
-        prepare_bending(b);
+inline void prepare_block(const Quad& quad, std::size_t block) {
+    for (std::size_t lane = block; lane < block + kBlockLanes; lane += kWorkLanes) {
+        const Part<Work> b(quad, lane);
+        prepare_root(b, lane, quad.root_begin, quad.root_stride, root_begin);
+        prepare_root(b, lane, quad.root_end, quad.root_stride, root_end);
+        prepare_bending(b, *quad.group, quad.flags.local_shape);
     }
 }
 

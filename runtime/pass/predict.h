@@ -1,0 +1,131 @@
+// The sweep from root to tip that starts a small step: points move by their inertia and the wind
+// (METHODS 1.3, pass integrate); from there the elastic moments of all joints (METHODS 1.4, local
+// shape, in its vector form) become the right-hand side of one implicit step, eliminated on the
+// way.
+//
+// The source relaxes joint by joint, which at any affordable number of iterations leaves a
+// stiffness that depends on the step and the number of points. With the frames taken from the
+// predicted positions the moments are linear in the positions, the matrix is the same for x, y and
+// z and has two bands below the diagonal; its factors come from prepare.h. So one sweep down and
+// one up (tense.h) give what infinitely many iterations would, at the cost of one.
+#pragma once
+
+#include "runtime/formula/bend.h"
+#include "runtime/formula/verlet.h"
+#include "runtime/formula/wind.h"
+#include "runtime/pass/work.h"
+
+namespace keratin::KERATIN_ISA {
+
+enum class Air { still, steady, turbulent };
+
+// Moves point i, beside its parent's move by no more than a step can resolve; gravity 0 is left out
+// of the sum. Returns the new place, and the move for the next point.
+template <Air air, bool falls, class Pack>
+KERATIN_ALWAYS_INLINE Vec3<Pack> move_point(const Part<Pack>& b, const QuadClass& group,
+                                            const SmallStep& step, std::size_t i,
+                                            Vec3<Pack>& parent_move) {
+    using Pack3 = Vec3<Pack>;
+    const Pack3 x = b.x(i), previous = b.x_previous(i);
+    const Pack carry(step.step_ratio * group.keep[i]);
+    Pack3 move;
+    if constexpr (air == Air::still && !falls) {
+        move = (x - previous) * carry;
+    } else {
+        Pack3 a(Pack(0.0f));
+        if constexpr (falls) a = splat<Pack>(step.gravity);
+        if constexpr (air != Air::still) {
+            Pack3 wind = splat<Pack>(step.wind);
+            if constexpr (air == Air::turbulent) {
+                for (const WindWave& w : step.wave)
+                    wind += splat<Pack>(w.direction) * wave_at(x, splat<Pack>(w.k), Pack(w.phase));
+            }
+            const Pack3 velocity = (x - previous) * Pack(step.inverse_previous);
+            a += wind_acceleration(wind, velocity, Pack(group.drag[i]), Pack(step.inverse_step));
+        }
+        move = verlet_move(x, previous, carry, a, Pack(step.half_square));
+    }
+    const Pack longest = longest_turn(b.length(i)) + Pack(step.thrown);
+    const Pack3 beside = move - parent_move;
+    if (any(longest * longest < dot(beside, beside)))
+        move = resolved_move(move, parent_move, longest);
+    parent_move = move;
+    b.set_x_previous(i, x);
+    const Pack3 moved = x + move;
+    b.set_x(i, moved);
+    return moved;
+}
+
+// Directions of the moved edges and the inverse of their lengths go to where the sweep overwrites
+// them with its results: a loop of its own, so that roots and divisions of many rows overlap.
+template <Air air, bool shape, class Pack>
+void predict(const Part<Pack> b, const QuadClass& group, const SmallStep& step) {
+    using Pack3 = Vec3<Pack>;
+    const std::size_t n = b.rows - 1;
+    const Pack zero(0.0f), one(1.0f);
+    const Pack3 none(zero, zero, zero);
+
+    const RootNow<Pack> root = root_now(b, step.fraction);
+    b.set_x_previous(0, b.x(0));
+    b.set_x_previous(1, b.x(1));
+    b.set_x(0, root.x0);
+    b.set_x(1, root.x1);
+    b.set3(slot_x, 1, root.direction);
+    Pack3 parent_move = root.x1 - b.x_previous(1);
+    // Gravity enters with the elastic forces where there are any, so that at rest both are taken at
+    // the same place.
+    if constexpr (!shape) {
+        for (std::size_t i = 2; i <= n; ++i) move_point<air, true>(b, group, step, i, parent_move);
+        return;
+    }
+    Pack3 x = root.x1;
+    for (std::size_t i = 2; i <= n; ++i) {
+        const Pack3 child = move_point<air, false>(b, group, step, i, parent_move);
+        const Pack3 e = child - x;
+        const Pack inverse = one / sqrt(max(dot(e, e), Pack(1e-24f)));
+        b.set3(slot_x, i, e * inverse);
+        b.set(slot_sweep1, i, inverse);
+        x = child;
+    }
+
+    const Pack3 fall = splat<Pack>(step.gravity) * Pack(step.half_square);
+    const Pack3 side = cross(root.direction, root.director);
+    Pack3 t = root.direction;  // of the parent now
+    Pack3 r = root.direction;  // of the parent in the unloaded shape, carried by the root
+    Pack inverse_length = b.get(slot_inverse_length, 1);
+    Pack3 f1 = none;    // of the joint before: pulls its own point, pushes the child
+    Pack3 load = none;  // gathered so far on the joint's own point
+    Pack3 y1 = none, y2 = none;
+    const auto finish_row = [&](std::size_t j, const Pack3& force) {
+        const Pack3 y = force + fall * b.get(slot_mass, j) - y2 * b.get(slot_band2, j) -
+                        y1 * b.get(slot_band1, j);
+        b.set3(slot_x, j, y);
+        y2 = y1;
+        y1 = y;
+    };
+    for (std::size_t i = 1; i < n; ++i) {
+        const Pack3 u = b.get3(slot_x, i + 1);
+        // The child's direction at its rest length: stretch is not this sweep's matter, and taken
+        // as such it would be far stiffer than bending.
+        const Pack k = b.get(slot_stiffness, i), along = b.get(slot_along, i);
+        const Pack kl = k * b.length(i + 1);
+        const Pack3 c = b.edge(i + 1);
+        const Pack3 d = root.direction * c.x + root.director * c.y + side * c.z;
+        const Pack turn = bend_inverse(r, t);
+        const Pack3 g = bend_target(r, t, d, along, turn);
+        const Pack3 f = u * kl - g * k;
+        const Pack3 reaction = bend_reaction(r, t, g, u, along, turn, kl * inverse_length);
+        if (i >= 3) finish_row(i - 1, load - reaction);
+        load = f - f1 + reaction;
+        f1 = f;
+        t = u;
+        const Pack inverse_rest = b.get(slot_inverse_length, i + 1);
+        r = d * inverse_rest;
+        // A predicted edge may have next to no length; what it feels stays bounded.
+        inverse_length = min(b.get(slot_sweep1, i + 1), inverse_rest * Pack(16.0f));
+    }
+    if (n >= 3) finish_row(n - 1, load);
+    finish_row(n, -f1);
+}
+
+}  // namespace keratin::KERATIN_ISA

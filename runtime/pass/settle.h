@@ -1,0 +1,151 @@
+// The sweep from root to tip that ends a small step: points move as the tension asks and by the
+// pull of the global length (METHODS 1.4); then every segment gets its exact length, and points
+// inside of colliders are moved out, with Coulomb friction against the surface's own motion, and
+// put back at their distance from the parent in turn.
+#pragma once
+
+#include "runtime/formula/contact.h"
+#include "runtime/formula/length.h"
+#include "runtime/pass/solid.h"
+
+namespace keratin::KERATIN_ISA {
+
+// Rounds of push out and put back at most. Each is a step of Newton's method on the angle, so one
+// or two do for hair on a head; more are for points that meet two colliders or an edge.
+inline constexpr int kRounds = 16;
+// m, depth that ends the rounds: a tenth of the thinnest hair's radius.
+inline constexpr float kDeepEnough = 2e-6f;
+
+// The colliders that reach a block.
+struct Near {
+    const ColliderShapeData* shapes;
+    const ColliderPose* poses;
+    const std::uint32_t* index;
+    std::uint32_t count;
+
+    const ColliderShapeData& shape(std::uint32_t k) const { return shapes[index[k]]; }
+    const ColliderPose& pose(std::uint32_t k) const { return poses[index[k]]; }
+};
+
+// Contact of the points of a row: x is moved out, t its direction from the parent. Only lanes that
+// are inside change, or results would depend on who their neighbours in the pack are. Returns the
+// part of the move that is no matter of length.
+template <bool exact, class Pack>
+[[gnu::noinline]] Vec3<Pack> move_out(const Part<Pack> b, const Near& near, std::size_t i,
+                                      const Vec3<Pack>& parent, const Pack& l, Vec3<Pack>& x,
+                                      Vec3<Pack>& t) {
+    using Pack3 = Vec3<Pack>;
+    const Pack zero(0.0f), one(1.0f);
+    Pack3 out = x;
+    Pack hits = zero;
+    for (std::uint32_t k = 0; k < near.count; ++k) {
+        const ColliderShapeData& shape = near.shape(k);
+        const ColliderPose& pose = near.pose(k);
+        with_shape(shape.kind, [&]<ShapeKind kind>() {
+            Pack3 normal;
+            const Pack depth = depth_in<kind>(shape, pose, b, i, out, normal);
+            const auto inside = zero < depth;
+            if (!any(inside)) return;
+            const Pack push = select(inside, depth, zero);
+            const Pack3 at = out + (exact ? way_out(t, l, normal, push) : normal * push);
+            const Pack3 surface_before = times(pose.from_now, at) + splat<Pack>(pose.from_place);
+            const Pack3 slide = surface_before - b.x_previous(i);
+            const Pack3 moved = at + friction_move(slide, normal, push, Pack(shape.friction));
+            out = select(inside, moved, out);
+            hits = select(inside, hits + one, hits);
+        });
+    }
+    const Pack3 shift = out - x;
+    if constexpr (!exact) {
+        x = out;
+        return shift;
+    }
+    const auto put_back = [&](const auto& lanes) {
+        t = select(lanes, normalize_or(out - parent, t), t);
+        x = select(lanes, parent + t * l, x);
+    };
+    auto deep = zero < hits;
+    put_back(deep);
+    // A way w along the sphere about the parent ends about w^2 / 2l off the tangent plane: mostly
+    // that is nothing, and nothing is left to be done.
+    deep = deep & ((l * Pack(kDeepEnough) < dot(shift, shift)) | (one < hits));
+    for (int round = 0; round < kRounds && any(deep); ++round) {
+        out = x;
+        Pack hit = zero;
+        for (std::uint32_t k = 0; k < near.count; ++k)
+            with_shape(near.shape(k).kind, [&]<ShapeKind kind>() {
+                Pack3 normal;
+                const Pack depth = depth_in<kind>(near.shape(k), near.pose(k), b, i, out, normal);
+                const auto inside = deep & (Pack(kDeepEnough) < depth);
+                if (!any(inside)) return;
+                out = select(inside, out + way_out(t, l, normal, depth), out);
+                hit = select(inside, one, hit);
+            });
+        deep = zero < hit;
+        put_back(deep);
+    }
+    return shift;
+}
+
+template <bool tension, bool exact, bool collide, class Pack>
+void settle(const Part<Pack> b, const QuadClass& group, const Near& near) {
+    using Pack3 = Vec3<Pack>;
+    const std::size_t n = b.rows - 1;
+    const Pack zero(0.0f);
+    const Pack3 none(zero, zero, zero);
+    const Pack pull(group.pull), damping(group.length_damping);
+    const bool pulls = group.pull > 0;
+
+    Pack3 parent = b.x(1);
+    Pack3 pulled = parent;  // where the parent was before its exact length and collisions
+    Pack3 t = b.get3(slot_x, 1);
+    Pack lambda = zero;
+    Pack3 tug = none;  // tension of the segment to the parent, along it
+    if constexpr (tension) {
+        lambda = b.get(slot_sweep1, 2);
+        tug = b.get3(slot_x, 2) * lambda;
+    }
+    for (std::size_t i = 2; i <= n; ++i) {
+        Pack3 x = b.x(i);
+        const Pack l = b.length(i);
+        if constexpr (tension) {
+            Pack3 push = tug;
+            if (i < n) {
+                lambda = b.get(slot_sweep1, i + 1) + b.get(slot_sweep2, i + 1) * lambda;
+                tug = b.get3(slot_x, i + 1) * lambda;
+                push = push - tug;
+            }
+            x = x - push * b.get(slot_inverse_mass, i);
+        }
+        Pack3 before = x;
+        if constexpr (exact) {
+            if (pulls) {
+                x = x + pull_to_parent(x - pulled, l) * pull;
+                pulled = x;
+            }
+            t = normalize_or(x - parent, t);
+            x = parent + t * l;
+        } else {
+            x = select(l < Pack(1e-9f), parent, x);
+        }
+        if constexpr (collide) {
+            for (std::uint32_t k = 0; k < near.count; ++k) {
+                bool reached = false;
+                with_shape(near.shape(k).kind, [&]<ShapeKind kind>() {
+                    reached = reaches<kind>(near.shape(k), near.pose(k), x);
+                });
+                if (!reached) continue;
+                before = before + move_out<exact>(b, near, i, parent, l, x, t);
+                break;
+            }
+        }
+        b.set_x(i, x);
+        // The velocity that following the parent adds is taken back from the parent (dynamic
+        // follow-the-leader).
+        if constexpr (exact)
+            if (i > 2) b.set_x_previous(i - 1, b.x_previous(i - 1) + (x - before) * damping);
+        parent = x;
+    }
+}
+
+}  // namespace keratin::KERATIN_ISA
