@@ -237,7 +237,7 @@ void run_quad(Simulation::State& s, std::size_t index, const SmallStep* steps, s
     k.small_steps(quad, steps, count);
     // A sweep that serves several passes counts for the one that asks for most of it.
     const auto first_of = [&](PassId a, PassId b) { return s.plan.has(a) ? a : b; };
-    std::uint64_t* times = s.times[std::size_t(omp_get_thread_num())].ticks;
+    std::uint64_t* times = s.times[worker_index()].ticks;
     times[std::size_t(PassId::integrate)] += sweeps.prepare;
     times[std::size_t(first_of(PassId::local_shape, PassId::integrate))] += sweeps.predict;
     times[std::size_t(first_of(PassId::stretch, PassId::integrate))] += sweeps.tense;
@@ -317,6 +317,7 @@ void write_strands(Simulation::State& s) {
     if ((!carry && !s.plan.has(PassId::interpolate)) || s.strand_count == 0) return;
     StrandBatch b;
     b.first_point = s.fields.strand_first_point.data();
+    b.points = s.fields.strand_position.size() / 3;
     b.rest = s.fields.strand_position.data();
     b.fraction = s.fields.strand_fraction.empty() ? nullptr : s.fields.strand_fraction.data();
     b.guide = s.fields.strand_guide.data();

@@ -83,7 +83,7 @@ void share(const Host& host, int threads, std::size_t count, std::size_t grain, 
 #pragma omp parallel num_threads(workers)
     {
         const detail::Worker self{static_cast<std::uint32_t>(omp_get_thread_num())};
-#pragma omp for schedule(dynamic) nowait
+#pragma omp for schedule(static, 1) nowait
         for (std::size_t part = 0; part < parts; ++part)
             for (std::size_t i = part * grain; i < std::min(count, (part + 1) * grain); ++i) body(i);
     }

@@ -98,7 +98,8 @@ struct Rotation {
     alignas(64) float factor[5][48];
     alignas(64) float offset[48];
 
-    Rotation(const float* root) {
+    // Offsets count from `center`.
+    Rotation(const float* root, const float* center) {
         const Vec4<float> q(root[0], root[1], root[2], root[3]);
         const Vec3<float> column[3] = {rotate(q, Vec3<float>(1, 0, 0)),
                                        rotate(q, Vec3<float>(0, 1, 0)),
@@ -112,18 +113,28 @@ struct Rotation {
                     f = c == 0 ? column[from].x : c == 1 ? column[from].y : column[from].z;
                 factor[o + 2][i] = f;
             }
-            offset[i] = root[4 + c];
+            offset[i] = root[4 + c] - center[c];
         }
     }
 };
 
-void carry(const Rotation& r, const float* rest, std::size_t count, float* out) {
+// Reads kBefore floats before `rest` and up to kAfter behind its end.
+constexpr std::size_t kBefore = 2, kAfter = 49;
+void carry(const Rotation& r, const float* __restrict rest, std::size_t count,
+           float* __restrict out) {
     for (std::size_t i = 0; i < count; i += 48)
         for (std::size_t k = 0; k < 48; ++k) {
             const float* p = rest + i + k;
             out[i + k] = r.factor[0][k] * p[-2] + r.factor[1][k] * p[-1] + r.factor[2][k] * p[0] +
                          r.factor[3][k] * p[1] + r.factor[4][k] * p[2] + r.offset[k];
         }
+}
+
+// Adds the weighted displacement of three guides, point for point.
+void add_lines(const float* __restrict a, const float* __restrict b, const float* __restrict c,
+               const float* weight, std::size_t count, float* __restrict out) {
+    const float wa = weight[0], wb = weight[1], wc = weight[2];
+    for (std::size_t i = 0; i < count; ++i) out[i] += wa * a[i] + wb * b[i] + wc * c[i];
 }
 
 // Adds the weighted displacement of one guide whose points do not stand at the strand's fractions.
@@ -168,23 +179,32 @@ void write_tangents(const float* x, std::uint32_t count, float* out) {
 }  // namespace
 
 void interpolate(const StrandBatch& b, std::uint32_t begin, std::uint32_t end) {
-    alignas(64) float rest[(kLongest + 32) * 3];
+    alignas(64) float copy[kBefore + kLongest * 3 + kAfter];
     alignas(64) float stage[(kStage + kLongest + 32) * 3];
     alignas(64) std::uint16_t halves[(kStage + kLongest) * 3];
-    rest[0] = rest[1] = 0;
     std::size_t staged = 0;  // floats
     std::size_t out = std::size_t{b.first_point[begin]} * 3;
-    Rotation rotation(b.root + begin * b.root_stride);
+    // Half floats keep eleven bits: they count from the middle of the body.
+    const float world[3] = {};
+    const float* center = b.half ? b.half_center : world;
+    Rotation rotation(b.root + begin * b.root_stride, center);
 
     for (std::uint32_t s = begin; s < end; ++s) {
-        if (b.root_stride != 0 && s > begin) rotation = Rotation(b.root + s * b.root_stride);
+        if (b.root_stride != 0 && s > begin)
+            rotation = Rotation(b.root + s * b.root_stride, center);
         const std::uint32_t first = b.first_point[s], count = b.first_point[s + 1] - first;
         const std::size_t floats = std::size_t{count} * 3;
-        // Two floats of margin in front, a block behind: what stands there meets factors of zero.
-        std::memcpy(rest + 2, b.rest + std::size_t{first} * 3, floats * sizeof(float));
-        std::memset(rest + 2 + floats, 0, 50 * sizeof(float));
+        // What stands before and behind a strand meets factors of zero; the array's own ends have
+        // nothing there.
+        const float* rest = b.rest + std::size_t{first} * 3;
+        if (std::size_t{first} * 3 < kBefore ||
+            std::size_t{first} * 3 + floats + kAfter > b.points * 3) {
+            std::memset(copy, 0, sizeof copy);
+            std::memcpy(copy + kBefore, rest, floats * sizeof(float));
+            rest = copy + kBefore;
+        }
         float* x = stage + staged;
-        carry(rotation, rest + 2, floats, x);
+        carry(rotation, rest, floats, x);
 
         if (b.line) {
             const std::uint32_t* guide = b.guide + std::size_t{s} * 3;
@@ -193,20 +213,15 @@ void interpolate(const StrandBatch& b, std::uint32_t begin, std::uint32_t end) {
                                b.guide_point_count[guide[1]] == count &&
                                b.guide_point_count[guide[2]] == count;
             if (alike) {
-                const float* g0 = b.line + line_first(b.tile_first_row, guide[0]);
-                const float* g1 = b.line + line_first(b.tile_first_row, guide[1]);
-                const float* g2 = b.line + line_first(b.tile_first_row, guide[2]);
-                const float w0 = w[0], w1 = w[1], w2 = w[2];
-                for (std::size_t i = 0; i < floats; ++i)
-                    x[i] += w0 * g0[i] + w1 * g1[i] + w2 * g2[i];
+                const auto line = [&](int k) {
+                    return b.line + line_first(b.tile_first_row, guide[k]);
+                };
+                add_lines(line(0), line(1), line(2), w, floats, x);
             } else {
                 for (int k = 0; k < 3; ++k) add_line(b, guide[k], w[k], first, count, x);
             }
         }
         if (b.tangent) write_tangents(x, count, b.tangent + std::size_t{first} * 3);
-        if (b.half)
-            for (std::size_t i = 0; i < floats; i += 3)
-                for (int c = 0; c < 3; ++c) x[i + c] -= b.half_center[c];
         staged += floats;
 
         if (staged >= kStage * 3 || s + 1 == end) {

@@ -10,6 +10,7 @@ namespace keratin {
 
 struct StrandBatch {
     const std::uint32_t* first_point = nullptr;  // [strands + 1]
+    std::size_t points = 0;                      // of all strands
     const float* rest = nullptr;                 // [points * 3]
     const float* fraction = nullptr;             // [points], null: evenly spaced
     const std::uint32_t* guide = nullptr;        // [strands * 3] lane indices
