@@ -121,9 +121,7 @@ void rest_from_points(std::span<const Double3> points, RodShape& shape);
 //
 // Deviation from METHODS §2.2, which takes omega = l (u_2, -u_1), tau = l u_3: the two agree to second
 // order in l, but this one is exact at any bend (a helix of 20 edges: tip error 0.0025 L, not 0.030 L).
-// As omega = 2 tan(phi/2) grows faster than the angle phi, write_strand divides the stiffness of a
-// joint with a rest bend by (omega/phi)^2: again second order, and it keeps the bend-twist thresholds
-// and the equilibria of curls within tolerance at 20 edges (keratin-report validate).
+// A joint with a rest bend also has its stiffness corrected, see rest_stiffness.
 void rest_from_curvature(const std::array<double, 2>& curvature, double twist, RodShape& shape);
 
 // Lays out strands that have been checked; ends that clamp need their directions (fill_end_frames).
