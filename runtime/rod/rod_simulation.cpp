@@ -179,6 +179,17 @@ struct RodSimulation::Impl : RodStepper {
         e.turn = target.turn;
         return {};
     }
+    // An edge that lies exactly on the one before has no side to open to, and its bend no energy. Where
+    // the rest shape is another, such a fold begins opened to one side by kOpened.
+    void open_folds(std::size_t s) {
+        constexpr double kOpened = 1e-3;  // rad
+        for (std::size_t i = 1; i < blocks.edge_count_of(s); ++i) {
+            const Double3 t = unit(edge(s, i - 1)), e = edge(s, i), u = unit(e);
+            if (1 + dot(t, u) > kOpened * kOpened / 2) continue;
+            const Double3 aside = scaled(kOpened * length(e), any_normal(u));
+            for (std::size_t c = 0; c < 3; ++c) blocks.x[blocks.index(s, i + 1, c)] += aside[c];
+        }
+    }
     void build(std::size_t s, const RodStrand& strand);
 };
 
@@ -196,6 +207,7 @@ void RodSimulation::Impl::build(std::size_t s, const RodStrand& strand) {
     for (std::size_t j = 0; j < strand.angles.size(); ++j)
         blocks.x[blocks.index(s, j, 3)] = strand.angles[j];
 
+    if (!strand.rest_points.empty()) open_folds(s);
     // the root's frame; of a free root that of the first rest edge
     const Double3 first = unit(subtract(rest[1], rest[0]));
     shape.root.kind = strand.root;
@@ -406,6 +418,8 @@ Result<void> RodSimulation::teleport(std::size_t s, const RodEndTarget& root) {
 Result<RodStepReport> RodSimulation::step(double h) {
     if (!(h >= 1e-9) || !(h <= 10))
         return bad("step", "is " + std::to_string(h) + " s, must lie in 1e-9 .. 10 s");
+    if (impl_->contact != nullptr && impl_->settings.integrator != RodIntegrator::euler)
+        return bad("settings.integrator", "must be euler where strands have contact");
     return take_step(*impl_, h);
 }
 
@@ -430,6 +444,7 @@ SettleReport RodSimulation::settle(const SettleOptions& options) {
     AlignedDoubles before(b.x.size());
     double h = options.first_step;
     m.settings.newton = RodNewton::full;
+    m.settings.integrator = RodIntegrator::euler;
     m.settings.halvings = 0;
     // s: from kEnough on inertia hides nothing but what is barely unstable
     constexpr double kLongest = 1e3, kEnough = 1;

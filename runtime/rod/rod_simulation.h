@@ -125,7 +125,7 @@ class RodSimulation {
     // for a jump that is no motion.
     Result<void> teleport(std::size_t strand, const RodEndTarget& root);
 
-    // Advances by h seconds, 1e-9..10. Errors (input): h out of range.
+    // Advances by h seconds, 1e-9..10. Errors (input): h out of range; contact with the midpoint rule.
     Result<RodStepReport> step(double h);
     // Steps without inertia (every step starts at rest), growing until the strands stand still.
     SettleReport settle(const SettleOptions& options);

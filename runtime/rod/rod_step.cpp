@@ -246,6 +246,8 @@ struct Solver {
     // The result becomes the state of the lanes in `mask`.
     void commit(RodWorkspace& w, std::size_t b, std::uint32_t mask, const Part& part, RodStepReport& report) {
         const std::size_t begin = blocks.block_first[b], count = blocks.rows(b);
+        const bool midpoint = r.settings.integrator == RodIntegrator::midpoint;
+        const std::uint8_t* free = blocks.free_lanes.data() + begin / lanes;
         PerLane<double> sum{};
         for (std::size_t k = 0; k < 4 * count * lanes; ++k) sum[k % lanes] += std::fabs(w.v[k]);
         for (std::uint32_t l = 0; l < lanes; ++l) {
@@ -259,7 +261,7 @@ struct Solver {
                 if (!has(mask, l)) continue;
                 const std::size_t k = i * lanes + l;
                 blocks.x[begin + k] += part.h * w.v[k];
-                blocks.v[begin + k] = w.v[k];
+                blocks.v[begin + k] = midpoint && has(free[i], l) ? 2 * w.v[k] - blocks.v[begin + k] : w.v[k];
             }
         passes.keep(count * kRodFrame, mask, w.frames.data(),
                     blocks.frames.data() + blocks.first_row(b) * kRodFrame * lanes);
@@ -271,6 +273,7 @@ struct Solver {
             set_held(s, shape.root, 0, 1, part.s1);
             set_held(s, shape.tip, blocks.edge_count_of(s), blocks.edge_count_of(s) - 1, part.s1);
         }
+        if (midpoint && mask != 0) carry_frames(w, b, mask, part);
     }
 
     // Held points stand exactly where they shall, whatever x + h v rounds to.
@@ -293,10 +296,45 @@ struct Solver {
         report.indefinite += static_cast<std::uint32_t>(std::popcount(w.indefinite & mask));
     }
 
+    // What Newton's method is asked for: the whole part, or with the midpoint rule its first half.
+    Part solved(const Part& part) const {
+        if (r.settings.integrator == RodIntegrator::euler) return part;
+        return {part.h / 2, part.s0, (part.s0 + part.s1) / 2};
+    }
+
+    // The midpoint rule: the strands have gone on from the middle to the end of the part, their frames
+    // and clamps follow.
+    void carry_frames(RodWorkspace& w, std::size_t b, std::uint32_t mask, const Part& part) {
+        const auto each_end = [&](auto&& visit) {
+            for (std::uint32_t l = 0; l < lanes; ++l) {
+                if (!has(mask, l)) continue;
+                const std::uint32_t s = blocks.strand_of_lane[b * lanes + l];
+                visit(s, blocks.shapes[s].root, true);
+                visit(s, blocks.shapes[s].tip, false);
+            }
+        };
+        each_end([&](std::size_t s, const RodEndState& end, bool root) { hold_end(w, s, end, root, part); });
+        std::fill_n(w.direction.data(), w.direction.size(), 0.0);
+        std::fill_n(w.alpha.data(), lanes, 0.0);
+        const double* none = w.direction_rows(lanes);
+        passes.evaluate(w.block, none, none, w.alpha.data(), w.frames.data(), w.v_try.data(), w.frames_try.data(),
+                        w.gradient_try.data(), w.energy_try.data(), w.scale_try.data(), w.slope_try.data());
+        passes.keep(blocks.rows(b) * kRodFrame, mask, w.frames_try.data(),
+                    blocks.frames.data() + blocks.first_row(b) * kRodFrame * lanes);
+        passes.keep(12, mask, w.ends.data(), blocks.ends.data() + b * 12 * lanes);
+        each_end([&](std::size_t s, const RodEndState& end, bool root) {
+            if (end.kind != RodEnd::clamped_two_points) return;
+            const Double3 span = turned(scaled(part.s1, end.turn), end.span);
+            const std::size_t edge = root ? 0 : blocks.edge_count_of(s) - 1;
+            blocks.x[blocks.index(s, edge, 3)] = angle_to(s, edge, unit(root ? span : scaled(-1, span)),
+                                                          pose_at(end, part.s1).director);
+        });
+    }
+
     // Solves the part of the step for the lanes in `mask`, in halves where it does not converge.
     void advance(RodWorkspace& w, std::size_t b, std::uint32_t mask, const Part& part,
                  std::uint32_t depth, RodStepReport& report) {
-        begin(w, b, mask, part);
+        begin(w, b, mask, solved(part));
         for (std::uint32_t k = 0; k < r.settings.iterations && w.running != 0; ++k)
             newton_iterate(passes, w, rules());
         count(w, mask, report);

@@ -56,11 +56,19 @@ struct RodStrand {
 
 enum class RodNewton { quasi, full };
 
+// How a step is taken.
+//   euler     implicit Euler (METHODS §2.3): order 1 in the step, takes energy out of every motion
+//   midpoint  the same solve for the middle of the step, x_1 = 2 x_m - x_0: order 2, keeps the energy of
+//             what the step resolves, and lets what it does not resolve ring instead of dying out.
+//             **Beyond** METHODS. Not with contact, whose law belongs to the end of a step.
+enum class RodIntegrator { euler, midpoint };
+
 struct RodSettings {
     Double3 gravity{0, -9.81, 0};  // m/s^2
     Double3 air_velocity{0, 0, 0};  // m/s, for air_drag
     double stretch_scale = 1, bend_scale = 1, twist_scale = 1;  // of stiffness and viscosity, > 0
     RodNewton newton = RodNewton::quasi;
+    RodIntegrator integrator = RodIntegrator::euler;
     std::uint32_t iterations = 50;  // >= 1, of one step, before it is repeated in halves
     double tolerance = 1e-8;        // m/s: mean change of the velocity in an iteration
     std::uint32_t halvings = 6;     // how often a step that does not converge may be halved

@@ -285,6 +285,61 @@ TEST_CASE("input that cannot be used is refused and named") {
     CHECK(same_bits(before, rods.numbers()));
 }
 
+TEST_CASE("a curved strand is as stiff about its rest shape as the elastica") {
+    // Castigliano: a quarter circle clamped at one end, pulled at the other along the clamp's tangent,
+    // gives way by pi/4 P R^3/EI
+    const double radius = 0.05, pull = 1e-10, pi = 3.14159265358979323846;
+    double errors[2];
+    for (const std::size_t edges : {10, 20}) {
+        RodStrand s = straight(edges, radius * pi / 2);
+        s.natural_curvature = {{0, 1 / radius}};
+        s.root_frame = {Double3{1, 0, 0}, Double3{0, 0, 1}};
+        RodSettings settings;
+        settings.gravity = {0, 0, 0};
+        RodSimulation rods = make({&s, 1}, settings);
+        REQUIRE(rods.settle({.tolerance = 1e-12}).settled);
+        const Double3 before = rods.position(0, edges);
+        REQUIRE(rods.set_force(0, edges, {pull, 0, 0}));
+        REQUIRE(rods.settle({.tolerance = 1e-12}).settled);
+        const double r = s.material.radii[0];
+        const double stiffness = s.material.youngs_modulus * pi * r * r * r * r / 4;
+        const double expected = pi / 4 * pull * radius * radius * radius / stiffness;
+        errors[edges / 20] = std::fabs((rods.position(0, edges)[0] - before[0]) / expected - 1);
+    }
+    CAPTURE(errors[0], errors[1]);
+    CHECK(errors[0] < 4e-3);
+    CHECK(errors[1] < errors[0] / 3.5);
+}
+
+TEST_CASE("the midpoint rule keeps a swing's energy and is of order two") {
+    const auto swing = [](double h, RodIntegrator integrator, double& loss) {
+        RodStrand s = straight(4, 0.1);
+        s.root = RodEnd::pinned;
+        RodSettings settings;
+        settings.integrator = integrator;
+        settings.bend_scale = 1e4;
+        RodSimulation rods = make({&s, 1}, settings);
+        const auto energy = [&] {
+            const RodEnergy e = rods.energy(0);
+            return e.kinetic + e.elastic() + e.potential;
+        };
+        const double before = energy(), scale = 0.1 * 9.81 * 4 * rods.vertex_mass(0, 1);
+        while (rods.time() < 0.2 - h / 2) REQUIRE(rods.step(h));
+        loss = std::fabs(energy() - before) / scale;
+        return rods.position(0, 4);
+    };
+    const auto apart = [](const Double3& a, const Double3& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); };
+    double loss = 0, euler_loss = 0, ignored = 0;
+    const Double3 coarse = swing(2e-3, RodIntegrator::midpoint, ignored), fine = swing(1e-3, RodIntegrator::midpoint, ignored);
+    const Double3 finest = swing(2.5e-4, RodIntegrator::midpoint, loss);
+    (void)swing(2.5e-4, RodIntegrator::euler, euler_loss);
+    CAPTURE(loss, euler_loss, apart(coarse, finest), apart(fine, finest));
+    // the chord of a step is shorter than its arc: what that stretches falls with the fourth power of h
+    CHECK(loss < 1e-4);
+    CHECK(euler_loss > 20 * loss);
+    CHECK(apart(coarse, finest) > 3.5 * apart(fine, finest));
+}
+
 TEST_CASE("energy never rises without work, whatever the step") {
     auto strands = assorted(6);
     for (const double h : {1e-3, 1e-2, 5e-2}) {

@@ -86,6 +86,9 @@ std::vector<Check> run_pendulum(const Json& test) {
             strand.root = RodEnd::pinned;
             RodSettings settings = settings_of(setup);
             settings.bend_scale = 1e4;  // straight, as the case asks
+            // implicit Euler takes the swing down and with it the period, by 1.5 to 4 % at 1 ms from a
+            // right angle on: more than is allowed, at any mesh
+            settings.integrator = RodIntegrator::midpoint;
             RodSimulation rods = make_rods({strand}, settings);
             // the tip turns back for the second time: a whole period after the release
             const auto speed = [&] {
@@ -94,8 +97,8 @@ std::vector<Check> run_pendulum(const Json& test) {
             };
             const auto step = [&] { (void)rods.step(h); };
             step();
-            const double found = h / 2 + zero_times(speed, step, h, 2, static_cast<int>(4 * period / h))[1];
-            checks.push_back({at("period (s)", edges) + ", dt " + text + " s", found, period, relative(found, period),
+            const double found = h + zero_times(speed, step, h, 2, static_cast<int>(4 * period / h))[1];
+            checks.push_back({at("period (s)", edges) + ", dt " + text + " s, midpoint", found, period, relative(found, period),
                               tolerance.get<double>()});
         }
     }
