@@ -625,7 +625,7 @@ std::string run_procedure(const StressCase& test, const StressSolver& solver, Ju
 }  // namespace
 
 const StressSolver* find_stress_solver(const std::string& name) {
-    for (const StressSolver* solver : {&strand_stress_solver()})
+    for (const StressSolver* solver : {&strand_stress_solver(), &rod_stress_solver()})
         if (name == solver->name) return solver;
     return nullptr;
 }

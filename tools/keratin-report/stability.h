@@ -69,6 +69,7 @@ struct StressSolver {
 // nullptr: no such solver.
 const StressSolver* find_stress_solver(const std::string& name);
 const StressSolver& strand_stress_solver();
+const StressSolver& rod_stress_solver();
 
 Outcome run_stress(const StressCase& test, const StressSolver& solver);
 
