@@ -15,9 +15,7 @@ def stats(work, scene, contact="gauss_seidel"):
         text = (work.root / "data/scenes/contact" / f"{scene}.json").read_text()
         document = json.loads(re.sub(r"^//.*$", "", text, flags=re.M))
         document["settings"]["contact"] = contact
-        file = work.path(f"{scene}.{contact}.json")
-        with open(file, "w") as out:
-            json.dump(document, out)
+        file = work.write(f"{scene}.{contact}.json", json.dumps(document))
         out, _ = work.run(f"keratin-run {file} --duration {SCENES[scene]} --frame 0.001 --stats - --quiet")
         return json.loads(out)
     return work.once(f"{scene} {contact}", measure)
