@@ -51,8 +51,10 @@ Result<void> check_outputs(std::span<const OutputFile> outputs,
 Result<void> finish_stdout() {
     errno = 0;
     if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return {};
-    const int code = errno == 0 ? EIO : errno;
-    return Error{ErrorCode::io, "stdout", "cannot write: " + std::generic_category().message(code)};
+    // An earlier write that failed has left a mark, but not its reason.
+    const std::string reason =
+        errno == 0 ? "not all that was printed arrived" : std::generic_category().message(errno);
+    return Error{ErrorCode::io, "stdout", "cannot write: " + reason};
 }
 
 namespace {
