@@ -442,7 +442,10 @@ void StrandRun::look(RunState& out) const {
             }
         }
         out.bodies.push_back(std::move(cached));
-        if (!body.simulation.settings().asset_colliders) continue;
+        // A distance grid takes the place of the fitted shapes (asset_collider_count).
+        if (!body.simulation.settings().asset_colliders ||
+            body.asset.info().distance_grid.stored_bricks > 0)
+            continue;
         for (const AssetCollider& collider : body.asset.info().colliders) {
             const RigidTransform carried =
                 bones.empty() ? motion : compose(motion, bones[collider.bone]);
