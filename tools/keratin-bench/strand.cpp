@@ -5,9 +5,16 @@
 #include "tools/keratin-bench/sections.h"
 #include "tools/scenes/groom.h"
 
+#ifdef KERATIN_WITH_BAKE
+#include "tools/keratin-bench/programs.h"
+#endif
+
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <memory>
+#include <stdexcept>
+#include <utility>
 
 namespace keratin::bench {
 
@@ -132,6 +139,62 @@ void constraints(Report& report) {
     }
 }
 
+// The same loop with the instruction sets that this processor has but would not choose.
+void narrower_sets(Report& report) {
+    const scenes::Groom groom = scene(1024, 16, 1, false);
+    for (const auto& [set, name] :
+         {std::pair{InstructionSet::avx2, "AVX2"}, std::pair{InstructionSet::baseline, "baseline"}}) {
+        const InstructionSet widest = usable_instruction_set(InstructionSet::automatic);
+        if (set >= widest || usable_instruction_set(set) != set) continue;
+        Settings settings;
+        settings.threads = 1;
+        settings.lod = 0;
+        settings.instruction_set = set;
+        add_capsules(settings);
+        auto s = Simulation::create(groom.info, groom.fields, settings);
+        Shaker shaker{&*s};
+        for (int i = 0; i < 20; ++i) shaker.step();
+        const Timing t = best_of(report.options, 1, [&] { shaker.step(); });
+        Row& row = report.rows.emplace_back();
+        row.name = std::string("constraints, 1k guides x 16, K = 4, ") + name;
+        row.value = t.seconds / (1024.0 * 16 * kIterations) * 1e9;
+        row.unit = "ns/point/iteration";
+        if (set == InstructionSet::avx2) row.target = 3.2;
+        row.absolute = true;
+    }
+}
+
+// The demo's ponytail head as it is baked: its own parameters, colliders and render strands.
+void demo_frame(Report& report) {
+#ifdef KERATIN_WITH_BAKE
+    const Scratch folder;
+    const std::string file = folder / "head.kera";
+    run_program("keratin-bake", KERATIN_DATA_DIR "/ponytail/head.json -o " + file);
+    const auto asset = AssetView::open(file);
+    if (!asset) throw std::runtime_error(to_string(asset.error()));
+    for (int threads : thread_counts(report.options)) {
+        Settings settings;
+        settings.threads = threads;
+        auto s = Simulation::create(*asset, settings);
+        if (!s) throw std::runtime_error(to_string(s.error()));
+        Shaker shaker{&*s};
+        for (int i = 0; i < 20; ++i) shaker.step();
+        const Timing t = best_of(report.options, threads, [&] { shaker.step(); });
+        Row& row = report.rows.emplace_back();
+        row.name = "frame of the demo head, " + std::to_string(asset->info().guide_count) +
+                   " guides, " + std::to_string(asset->info().strand_count) + " render strands";
+        row.value = t.seconds * 1e3;
+        row.unit = "ms";
+        row.absolute = true;
+        row.threads = threads;
+        row.utilisation = t.utilisation;
+    }
+#else
+    (void)report;
+    std::fprintf(stderr, "the demo head's frame is left out: built without keratin-bake\n");
+#endif
+}
+
 void frames(Report& report) {
     struct Case {
         std::uint32_t guides, points, grid;
@@ -210,7 +273,9 @@ void memory(Report& report) {
 
 void strand_section(Report& report) {
     constraints(report);
+    narrower_sets(report);
     frames(report);
+    demo_frame(report);
     memory(report);
 }
 
