@@ -38,6 +38,12 @@ class Timed {
 constexpr double kAirViscosity = 1.81e-5;  // Pa s
 constexpr double kPi = 3.14159265358979323846;
 
+// Relaxation time of bending (s), on top of the material's own 3 eta / E: moments follow the rate of
+// bending as well as the bend. It takes little from the sway of a strand as a whole, but kinks that
+// contacts and the length passes leave, which the direct solve would answer with as hard a kick
+// back, die within a few small steps. At 1/240 s curls on a head still fluttered for ever.
+constexpr double kBendRelaxation = 1.0 / 60;
+
 // Largest push of the volume, in voxels per (1/60 s)^2 (METHODS 1.3).
 constexpr float kVolumeLimit = 0.25f;
 
@@ -63,6 +69,10 @@ void fill_class(const Simulation::State& s, const Simulation::State::ClassKey& k
                            (double(m.radius) * m.radius + double(m.radius2) * m.radius2) /
                            (8 * double(m.density));
     out.stiffness_step = float(small * small * bending);
+    const double relaxation =
+        kBendRelaxation + (m.youngs_modulus > 0 ? 3 * double(m.viscosity) / m.youngs_modulus : 0);
+    out.bend_damping = float(relaxation / small);
+    out.held = s.settings.passes.stretch ? 1.0f : 0.0f;
     const bool global = s.settings.passes.global_length;
     out.pull = global ? float(gain_per_step(std::min(double(p.global_length), 1.0), small)) : 0.0f;
     out.length_damping = global ? p.length_damping : 0.0f;
@@ -403,6 +413,7 @@ Result<void> advance(Simulation::State& s, double h) {
             for (std::uint32_t i = 0; i < count; ++i) {
                 SmallStep& step = steps[i];
                 step.fraction = first + i + 1 == n ? 1.0f : float(double(first + i + 1) / n);
+                step.fraction_before = float(double(first + i) / n);
                 step.step_ratio = float(small / before);
                 // From rest x- = x stands for the x- = x + a h^2 / 2 of METHODS 1.3.
                 step.half_square =

@@ -8,6 +8,16 @@
 // predicted positions the moments are linear in the positions, the matrix is the same for x, y and
 // z and has two bands below the diagonal; its factors come from prepare.h. So one sweep down and
 // one up (tense.h) give what infinitely many iterations would, at the cost of one.
+//
+// Of the weight of all that lies beyond a segment only the part across it enters: the part along it
+// is the segment's tension. Otherwise the solve would move points along the strand, the length
+// sweeps would bring them back against other masses, and what both leave would bend a strand at
+// rest and keep curls in motion.
+//
+// Bending is damped: a joint resists the change that its row of the matrix sees in the motion since
+// the small step began, taken in the frame of the root, so that a head that turns carries its hair
+// along freely. The part of the matrix that stands for the sweep of curls is such a resistance too,
+// never a mass.
 #pragma once
 
 #include "runtime/formula/bend.h"
@@ -93,12 +103,15 @@ void predict(const Part<Pack> b, const QuadClass& group, const SmallStep& step) 
     Pack3 t = root.direction;  // of the parent now
     Pack3 r = root.direction;  // of the parent in the unloaded shape, carried by the root
     Pack inverse_length = b.get(slot_inverse_length, 1);
+    const Pack3 root_rate = root_turn(root_now(b, step.fraction_before), root);
+    const Pack damping(group.bend_damping), held(group.held);
+    Pack3 now = root.x1, before = b.x_previous(1);
+    Pack3 rate = none;  // of the parent: how its edge moved in the root's frame
     Pack3 f1 = none;    // of the joint before: pulls its own point, pushes the child
     Pack3 load = none;  // gathered so far on the joint's own point
     Pack3 y1 = none, y2 = none;
     const auto finish_row = [&](std::size_t j, const Pack3& force) {
-        const Pack3 y = force + fall * b.get(slot_mass, j) - y2 * b.get(slot_band2, j) -
-                        y1 * b.get(slot_band1, j);
+        const Pack3 y = force - y2 * b.get(slot_band2, j) - y1 * b.get(slot_band1, j);
         b.set3(slot_x, j, y);
         y2 = y1;
         y1 = y;
@@ -113,8 +126,18 @@ void predict(const Part<Pack> b, const QuadClass& group, const SmallStep& step) 
         const Pack3 d = root.direction * c.x + root.director * c.y + side * c.z;
         const Pack turn = bend_inverse(r, t);
         const Pack3 g = bend_target(r, t, d, along, turn);
-        const Pack3 f = u * kl - g * k;
-        const Pack3 reaction = bend_reaction(r, t, g, u, along, turn, kl * inverse_length);
+        const Pack lever = b.get(slot_lever, i);
+        const Pack3 child = b.x(i + 1), child_before = b.x_previous(i + 1);
+        const Pack3 e_before = child_before - before;
+        const Pack3 rate_next = child - now - e_before - cross(root_rate, e_before);
+        const Pack3 slowed = (rate_next - rate * lever) * (k * damping);
+        const Pack3 weight = (fall - u * (dot(u, fall) * held)) * b.get(slot_beyond, i + 1);
+        const Pack3 f = u * kl - g * k + slowed - weight;
+        const Pack3 reaction = bend_reaction(r, t, g, u, along, turn, kl * inverse_length) +
+                               slowed * lever - rate * b.get(slot_drag, i);
+        now = child;
+        before = child_before;
+        rate = rate_next;
         if (i >= 3) finish_row(i - 1, load - reaction);
         load = f - f1 + reaction;
         f1 = f;

@@ -20,14 +20,16 @@ inline void prepare_root(const Part<Work> b, std::size_t lane, const float* tran
     b.set_root3(slot + 6, rotate(q, b.shape(0)));
 }
 
-// L D L^T of the pentadiagonal matrix M + A^T K A + S: joint i has the row (lever_i, -(1 +
-// lever_i), 1) on the points i-1, i, i+1; the unknowns are the points 2 .. n. The exact row of a
-// joint is this row plus t (g.da) / |a|, da the change of the parent; S = share k |g across t|^2 /
-// |a|^2 on da stands for that. A step with an approximate matrix is stable when the matrix is at
-// least half of the true one; with share 1 curls are so by themselves, but not together with the
-// length passes, which move points in the same directions: 10 is where strands of any stiffness and
-// 65 degrees of curl a joint came to rest in trials, 3 was not enough. All pivots are at least the
-// mass in exact arithmetic; rounding is kept from going below.
+// L D L^T of the pentadiagonal matrix M + (1 + damping) (A^T K A + S): joint i has the row
+// (lever_i, -(1 + lever_i), 1) on the points i-1, i, i+1; the unknowns are the points 2 .. n. The
+// exact row of a joint is this row plus t (g.da) / |a|, da the change of the parent; S = share k |g
+// across t|^2 / |a|^2 on da stands for that. A step with an approximate matrix is stable when the
+// matrix is at least three quarters of the true one; with share 1 curls are so by themselves, but
+// not together with the length passes, which move points in the same directions: 10 is where
+// strands of any stiffness and 65 degrees of curl a joint came to rest in trials, 3 was not enough.
+// What is in the matrix and not elastic acts on the motion before the solve too (predict.h), or it
+// is mass, and strands flutter on it. All pivots are at least the mass in exact arithmetic;
+// rounding is kept from going below.
 inline constexpr float kSweepShareValue = 10;
 
 inline void prepare_bending(const Part<Work> b, const QuadClass& group, bool bends) {
@@ -35,21 +37,27 @@ inline void prepare_bending(const Part<Work> b, const QuadClass& group, bool ben
     const Work zero(0.0f), one(1.0f);
     const Work stiffness(group.stiffness_step);
 
-    const Work kSweepShare(kSweepShareValue);
+    const Work kSweepShare(kSweepShareValue), total(1.0f + group.bend_damping);
     struct Joint {
-        Work k, lever, sweep;
+        Work elastic, k, lever, sweep;
     };
     const auto joint = [&](std::size_t i) {
-        if (i >= n || !bends) return Joint{zero, zero, zero};
+        if (i >= n || !bends) return Joint{zero, zero, zero, zero};
         const Work parent = b.length(i);
         const Work half = i == 1 ? zero : Work(0.5f) * parent;
-        const Work k = bend_stiffness(stiffness, half, b.length(i + 1));
+        const Work elastic = bend_stiffness(stiffness, half, b.length(i + 1));
+        const Work k = elastic * total;
         const Work3 edge = b.edge(i), child = b.edge(i + 1);
-        return Joint{k, bend_lever(edge, child), k * kSweepShare * bend_sweep(edge, child)};
+        return Joint{elastic, k, bend_lever(edge, child),
+                     k * kSweepShare * bend_sweep(edge, child)};
     };
 
     Joint below = joint(1), here = joint(2);
-    b.set(slot_stiffness, 1, below.k);
+    b.set(slot_stiffness, 1, below.elastic);
+    b.set(slot_lever, 1, below.lever);
+    b.set(slot_drag, 1, below.sweep);
+    Work beyond = zero;
+    for (std::size_t i = 2; i <= n; ++i) beyond = beyond + b.length(i);
     b.set(slot_inverse_length, 1, one / max(b.length(1), Work(1e-12f)));
     // The clamp's direction is the root frame's first axis.
     if (bends) b.set(slot_along, 1, b.edge(2).x);
@@ -64,7 +72,9 @@ inline void prepare_bending(const Part<Work> b, const QuadClass& group, bool ben
         const Work there = Work(0.5f) * (mass_length + next_length);
         const auto none = w < Work(1e-20f);
         const Work m = select(none, one, there);
-        b.set(slot_mass, i, select(none, zero, there));
+        beyond = beyond - Work(0.5f) * mass_length;
+        b.set(slot_beyond, i, beyond);
+        beyond = beyond - Work(0.5f) * mass_length;
         const Work inverse_length = one / max(mass_length, Work(1e-12f));
         b.set(slot_inverse_length, i, inverse_length);
         if (bends && i < n) b.set(slot_along, i, dot(b.edge(i), b.edge(i + 1)) * inverse_length);
@@ -82,7 +92,9 @@ inline void prepare_bending(const Part<Work> b, const QuadClass& group, bool ben
         const Work l2 = off2 * inverse2;
         const Work d = max(a - l1 * coupled - l2 * off2, m);
         const Work inverse = one / d;
-        b.set(slot_stiffness, i, here.k);
+        b.set(slot_stiffness, i, here.elastic);
+        b.set(slot_lever, i, here.lever);
+        b.set(slot_drag, i, here.sweep);
         b.set(slot_pivot, i, inverse);
         b.set(slot_band1, i, l1);
         b.set(slot_band2, i, l2);

@@ -22,12 +22,14 @@ inline constexpr std::size_t kBlockLanes = kBlockTiles * kTileLanes;
 // lies together: slots a power of two apart would fall on the same lines of the cache.
 enum Slot : std::uint32_t {
     slot_inverse_mass,    // 1 / (mass per line density) (1/m), 0 where a point is carried or absent
-    slot_mass,            // mass per line density (m), 0 where absent
+    slot_beyond,          // mass beyond the middle of the edge to the parent, per line density (m)
     slot_stiffness,       // h^2 k of the joint at this point, per line density (m)
     slot_pivot,           // 1 / D of the bending system's L D L^T
     slot_band1,           // L, one below the diagonal
     slot_band2,           // L, two below
     slot_inverse_length,  // 1 / length of the edge to the parent (1/m)
+    slot_lever,           // how far the grandparent takes part (bend_lever)
+    slot_drag,            // h^2 times what slows a turn of the joint's parent, per line density (m)
     slot_along,           // unit rest edge of the joint's parent . rest edge of its child (m)
     slot_x,
     slot_y,
@@ -100,6 +102,7 @@ struct WindWave {
 
 struct SmallStep {
     float fraction = 0;          // of the step at the end of the small step, (0, 1]
+    float fraction_before = 0;   // and at its begin, [0, 1)
     float step_ratio = 1;        // h / h-
     float half_square = 0;       // h (h + h-) / 2, s^2
     float inverse_step = 0;      // 1 / h, 1/s
@@ -118,6 +121,8 @@ struct QuadClass {
     float friction[kStrandMaxPoints];  // share of the grid's displacement this step
     float volume[kStrandMaxPoints];    // m^2/s^2
     float stiffness_step = 0;          // h^2 E I / (density area), m^4
+    float bend_damping = 0;            // relaxation time of bending over the small step
+    float held = 0;                    // 1 where segments have tension, else 0
     float pull = 0;                    // global length factor of a small step
     float length_damping = 0;
 };

@@ -128,4 +128,12 @@ KERATIN_ALWAYS_INLINE RootNow<Pack> root_now(const Part<Pack>& b, float fraction
     return r;
 }
 
+// Rotation vector of the root's frame from one moment to a near one.
+template <class Pack>
+KERATIN_ALWAYS_INLINE Vec3<Pack> root_turn(const RootNow<Pack>& from, const RootNow<Pack>& to) {
+    return (cross(from.direction, to.direction) + cross(from.director, to.director) +
+            cross(cross(from.direction, from.director), cross(to.direction, to.director))) *
+           Pack(0.5f);
+}
+
 }  // namespace keratin::KERATIN_ISA

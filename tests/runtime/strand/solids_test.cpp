@@ -264,3 +264,39 @@ TEST_CASE("colliders have no limit on their number") {
     INFO(deepest << " m deep");
     CHECK(deepest < 0.001);
 }
+
+TEST_CASE("short curls that fall onto the head they grow on come to rest") {
+    // 4 cm long, roots in a cap of 0.5 rad, leaving at a right angle and curling down to the head.
+    std::vector<scenes::Line> lines;
+    constexpr double kFrame = 1.0 / 60;
+    const double radius = 0.08, segment = 0.04 / 15;
+    for (int i = 0; i < 64; ++i) {
+        const double polar = 0.5 * std::sqrt((i + 0.5) / 64), around = 2.399963 * i;
+        const Point out{std::sin(polar) * std::cos(around), std::cos(polar),
+                        std::sin(polar) * std::sin(around)};
+        const Point side{std::cos(polar) * std::cos(around), -std::sin(polar),
+                         std::cos(polar) * std::sin(around)};
+        Point x{radius * out[0], radius * out[1], radius * out[2]};
+        scenes::Line line{x};
+        for (int p = 1; p < 16; ++p) {
+            const double turn = (0.04 + 0.16 * i / 64) * p;
+            for (int k = 0; k < 3; ++k)
+                x[k] += segment * (std::cos(turn) * out[k] + std::sin(turn) * side[k]);
+            line.push_back(x);
+        }
+        lines.push_back(line);
+    }
+    const scenes::Groom groom = scenes::make_groom(lines, {});
+    Settings settings = single_thread();
+    settings.colliders.push_back({SphereCollider{{0, 0, 0}, float(radius)}, 0.0f, 0.0f});
+    Simulation s = made(groom, settings);
+    run(s, 3, kFrame);
+    const auto now = s.guides().position;
+    const std::vector<float> before(now.begin(), now.end());
+    run(s, kFrame, kFrame);
+    double fastest = 0;
+    for (std::size_t i = 0; i < before.size(); ++i)
+        fastest = std::max(fastest, std::fabs(double(s.guides().position[i]) - before[i]) / kFrame);
+    INFO("fastest point after 3 s: " << 1e3 * fastest << " mm/s along an axis");
+    CHECK(fastest < 5e-3);
+}
