@@ -26,10 +26,13 @@ struct Local3 {
 // (S + lambda) r_T = -c with S = W_TT - w w^T / w_nn, and |r_T| = mu r_N, the quartic of Bonnefon
 // and Daviet 2011 in lambda. In the eigenvectors of S it is one scalar equation, mu r_N(lambda) /
 // |r_T(lambda)| = 1, nearly linear in lambda: Newton within a bracket meets it to rounding in a few
-// iterations (more where mu is large and normal and tangents are strongly coupled).
+// iterations (more where mu is large and normal and tangents are strongly coupled). It begins at
+// the lambda of an impulse near the solution where there is one: `near`, or 0.
 template <class Pack>
 KERATIN_LANE_INLINE Local3<Pack> solve_one_contact(const Delassus<Pack>& w, const Local3<Pack>& b,
-                                                   Pack mu) {
+                                                   Pack mu,
+                                                   const Local3<Pack>& near = {Pack(0.0), Pack(0.0),
+                                                                               Pack(0.0)}) {
     constexpr int kIterations = 60;
     constexpr double kConverged = 1e-14;
     const Pack zero(0.0), one(1.0), tiny(1e-300);
@@ -64,7 +67,13 @@ KERATIN_LANE_INLINE Local3<Pack> solve_one_contact(const Delassus<Pack>& w, cons
         const Pack push = max(zero - b.n, tiny);
         Pack low = zero;
         Pack high = c * (w.nn + mu * pull) / (mu * push) + large * Pack(1e-12);
-        Pack lambda = min(max(c * w.nn / (mu * push) - mean, zero), high);
+        const Pack na = x * near.t1 + y * near.t2, nb = x * near.t2 - y * near.t1;
+        const Pack fa = ca + large * na, fb = cb + small * nb;
+        const Pack n_square = na * na + nb * nb;
+        const auto known = n_square > tiny;
+        const Pack guess = select(known, sqrt((fa * fa + fb * fb) / select(known, n_square, one)),
+                                  c * w.nn / (mu * push) - mean);
+        Pack lambda = min(max(guess, zero), high);
         for (int i = 0; i < kIterations; ++i) {
             const Pack da = one / (large + lambda), db = one / (small + lambda);
             const Pack ta = zero - ca * da, tb = zero - cb * db;

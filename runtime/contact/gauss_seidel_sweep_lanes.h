@@ -59,7 +59,7 @@ double sweep(const SweepView& view, std::size_t begin, std::size_t end) {
                 Pack::load(u[0] + l) - (w.nn * r.n + w.n1 * r.t1 + w.n2 * r.t2),
                 Pack::load(u[1] + l) - (w.n1 * r.n + w.t11 * r.t1 + w.t12 * r.t2),
                 Pack::load(u[2] + l) - (w.n2 * r.n + w.t12 * r.t1 + w.t22 * r.t2)};
-            const Local3<Pack> next = solve_one_contact(w, rest, Pack::load(batch.friction + l));
+            const Local3<Pack> next = solve_one_contact(w, rest, Pack::load(batch.friction + l), r);
             const Pack dn = next.n - r.n, d1 = next.t1 - r.t1, d2 = next.t2 - r.t2;
             next.n.store(batch.impulse[0] + l);
             next.t1.store(batch.impulse[1] + l);

@@ -58,7 +58,10 @@ TEST_CASE("the solution of one contact satisfies the Coulomb law") {
         const Local3<Double1> b = local(normal(random), normal(random), normal(random));
         const double friction[] = {0.0, 0.1, 0.3, 1.0, 10.0, kMostFriction};
         const double mu = friction[i % 6];
-        const Local3<Double1> r = solve_one_contact(w, b, Double1(mu));
+        // Wherever the search begins.
+        const Local3<Double1> near =
+            i % 2 == 0 ? local(0, 0, 0) : local(normal(random), normal(random), normal(random));
+        const Local3<Double1> r = solve_one_contact(w, b, Double1(mu), near);
         const Local3<Double1> u{w.nn * r.n + w.n1 * r.t1 + w.n2 * r.t2 + b.n,
                                 w.n1 * r.n + w.t11 * r.t1 + w.t12 * r.t2 + b.t1,
                                 w.n2 * r.n + w.t12 * r.t1 + w.t22 * r.t2 + b.t2};
