@@ -75,6 +75,13 @@ struct Trial {
     }
 };
 
+// A loose strand on a plane that is too steep for its friction.
+bool slips(const Stress& s) {
+    if (!s.root_is_free || s.solids.empty() || s.solids[0].kind != StressSolid::Kind::plane) return false;
+    const double upright = s.solids[0].normal[1];
+    return s.friction < std::sqrt(std::max(0.0, 1 - upright * upright)) / upright;
+}
+
 // What is looked at after each step.
 struct Extremes {
     std::size_t not_finite = 0;
@@ -184,7 +191,8 @@ class Judge {
             check(std::string("stretch") + when, end, *criteria_.stretch / 10);
         }
         if (!criteria_.rest) return;
-        check(std::string("speed (m/s)") + when, fastest(t), kStill);
+        // a loose strand on a slope too steep for its friction goes on; check_slide judges how
+        if (!slips(stress_)) check(std::string("speed (m/s)") + when, fastest(t), kStill);
         check(std::string("shape off its rest / L") + when, away_from_rest(t),
               std::max(*criteria_.rest, solver_.resolution));
     }
@@ -259,11 +267,19 @@ class Judge {
     }
 
     // Largest distance of a vertex from the static shape, over the length. Straight strands under
-    // gravity have a reference; others their own shape at the start.
+    // gravity have a reference; others their own shape at the start. A loose strand may lie anywhere:
+    // of it the distances between its vertices are compared.
     double away_from_rest(const Trial& t) const {
         double most = 0;
         for (std::size_t s = 0; s < stress_.strands.size(); ++s) {
             const std::vector<Double3> x = t.run->points(s);
+            if (stress_.root_is_free) {
+                const std::vector<Double3>& rest = stress_.strands[s].rest_points;
+                for (std::size_t i = 0; i < x.size(); ++i)
+                    for (std::size_t j = 0; j < i; ++j)
+                        most = std::max(most, std::fabs(length(subtract(x[i], x[j])) - length(subtract(rest[i], rest[j]))));
+                continue;
+            }
             const std::vector<Double3> rest = rest_shape(s, t);
             for (std::size_t i = 0; i < x.size(); ++i) most = std::max(most, length(subtract(x[i], rest[i])));
         }
@@ -390,7 +406,7 @@ void check_slide(Trial& t, Judge& judge, const Criteria& criteria) {
     if (t.stress->solids.empty()) return;
     const StressSolid& plane = t.stress->solids[0];
     if (criteria.creep) judge.check("creep (m/s)", std::fabs(slide_speed(t, plane)), *criteria.creep);
-    if (!criteria.slide) return;
+    if (!criteria.slide && !slips(*t.stress)) return;
     const double before = slide_speed(t, plane), from = t.time;
     while (t.time < from + 0.2)
         if (!t.advance()) return;
@@ -398,7 +414,9 @@ void check_slide(Trial& t, Judge& judge, const Criteria& criteria) {
     const double a = (slide_speed(t, plane) - before) / (t.time - from) +
                      t.stress->mass_damping * (slide_speed(t, plane) + before) / 2;
     const double angle = std::acos(plane.normal[1]);
-    judge.check("acceleration down the plane / (g sin a)", a / (t.stress->gravity * std::sin(angle)), *criteria.slide, 1);
+    // 1 % is what the cases allow of a strand without friction
+    judge.check("acceleration down the plane / (g sin a)", a / (t.stress->gravity * std::sin(angle)),
+                criteria.slide.value_or(0.01), slips(*t.stress) ? 1 - t.stress->friction / std::tan(angle) : 0);
 }
 
 bool same_bits(const StressRun& a, const StressRun& b, std::size_t in_a, std::size_t in_b) {
@@ -430,7 +448,7 @@ std::string plain_run(const StressCase& test, const StressSolver& solver, Judge&
     std::vector<double> costs;
     if (!run_to_end(trial, judge, &costs)) return {};
     judge.conclude(trial);
-    if (test.criteria.slide || test.criteria.creep) check_slide(trial, judge, test.criteria);
+    if (test.stress.root_is_free) check_slide(trial, judge, test.criteria);
     settle(trial, judge, test.criteria);
     judge.conclude_rest(trial);
     if (test.criteria.time) check_time(test, solver, costs, judge);
