@@ -337,13 +337,19 @@ TEST_CASE("guides that are exported can be baked again, in each format") {
         const auto expected = strands_of(opened(folder / "r.kera"), true);
         const auto found = strands_of(opened(folder / "again.kera"), false);
         REQUIRE(found.size() == expected.size());
-        float largest = 0;
+        float largest = 0, ends = 0;
         for (std::size_t s = 0; s < found.size(); ++s) {
             REQUIRE(found[s].size() == expected[s].size());
-            for (std::size_t i = 0; i < found[s].size(); ++i)
-                largest = std::max(largest, std::abs(found[s][i] - expected[s][i]));
+            const std::size_t n = found[s].size();
+            for (std::size_t i = 0; i < n; ++i) {
+                const float apart = std::abs(found[s][i] - expected[s][i]);
+                largest = std::max(largest, apart);
+                if (i < 3 || i + 3 >= n) ends = std::max(ends, apart);
+            }
         }
-        CHECK(largest < 1e-6f);
+        // Roots and tips stay; baking evens out the arc length between the points in between anew.
+        CHECK(ends < 1e-6f);
+        CHECK(largest < 1e-4f);
     }
 }
 
