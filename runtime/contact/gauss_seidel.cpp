@@ -384,7 +384,6 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
     // Where contacts share a load in more than one way, further sweeps would only shift it about.
     report.start = report.residual = mean_residual();
     if (report.residual <= settings.accepted) return report;
-    const double goal = std::max(settings.residual, settings.residual_share * report.start);
     // Contacts near each other on a stiff strand nearly repeat each other, and sweeps alone shift
     // the load between them at a crawl (a factor 0.9994 a sweep in the bundles of METHODS 2.10). So
     // each sweep counts as the step of a nonlinear conjugate gradient method that it preconditions
@@ -439,7 +438,7 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
                 }
                 done = report.sweeps >= settings.most_sweeps ||
                        (report.sweeps >= settings.least_sweeps &&
-                        (report.residual <= goal ||
+                        (report.residual <= settings.residual ||
                          report.sweeps >= best_sweep + kPatience));
             }
             if (done) break;

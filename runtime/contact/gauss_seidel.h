@@ -29,8 +29,6 @@ struct GaussSeidelSettings {
     std::uint32_t least_sweeps = 1;
     double accepted = 8e-7;  // mean |f_FB| at which impulses are left as they are
     double residual = 1e-7;  // mean |f_FB| to sweep down to, else
-    // A pass ends earlier where it has brought the mean |f_FB| down to this share.
-    double residual_share = 0;
     double velocity_scale = 1e-2, impulse_scale = 1;  // u* and u* times the mean vertex mass
     InstructionSet instruction_set = InstructionSet::automatic;
 };

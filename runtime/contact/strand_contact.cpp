@@ -10,10 +10,6 @@
 namespace keratin {
 namespace {
 
-// gauss_seidel: what a pass leaves of the residual it finds. The Newton step leaves more than that
-// of its own until it nears the end, so sweeping on would be for nothing.
-constexpr double kPassShare = 0.1;
-
 double now() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
         .count();
@@ -319,7 +315,6 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
         settings.most_sweeps = m.settings.most_sweeps;
         settings.residual = m.settings.sweep_residual;
         settings.accepted = m.settings.accepted_residual;
-        settings.residual_share = kPassShare;
         settings.velocity_scale = problem.gravity_speed;
         settings.impulse_scale = problem.gravity_speed * problem.mean_vertex_mass;
         settings.instruction_set = m.settings.instruction_set;
