@@ -6,7 +6,7 @@ include(CMakePackageConfigHelpers)
 set(KERATIN_SCHEMA_HEADERS
   schema/asset.h schema/asset_view.h schema/fields.h schema/layout.h schema/result.h)
 set(KERATIN_RUNTIME_HEADERS
-  runtime/keratin.h runtime/lane/instruction_set.h runtime/plan.h runtime/settings.h runtime/simulation.h)
+  runtime/host.h runtime/keratin.h runtime/lane/instruction_set.h runtime/plan.h runtime/settings.h runtime/simulation.h)
 foreach(header IN LISTS KERATIN_SCHEMA_HEADERS KERATIN_RUNTIME_HEADERS)
   get_filename_component(folder ${header} DIRECTORY)
   install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION include/keratin/${folder})

@@ -1,5 +1,6 @@
 // Runs the program keratin-run itself.
 #include "bake/write.h"
+#include "schema/asset.h"
 #include "schema/cache.h"
 #include "schema/files/write_file.h"
 #include "tests/json_schema.h"
@@ -468,5 +469,7 @@ TEST_CASE("help and version exit with 0 and go to stdout") {
     CHECK(help.out.find("--resume FILE") != std::string::npos);
     const Outcome version = folder.run("--version");
     CHECK(version.code == 0);
-    CHECK(version.out.find("asset revision 1.0, cache revision 1.0") != std::string::npos);
+    CHECK(version.out.find("asset revision " + std::to_string(kAssetMajor) + "." +
+                           std::to_string(kAssetMinor) + ", cache revision 1.0") !=
+          std::string::npos);
 }
