@@ -86,12 +86,9 @@ def _(work):
     return tests(work, "^rod_simulation|bit by bit|same for any number of threads")
 
 
-def bench(work):
-    return work.once("bench", lambda: work.json("keratin-bench rod --json"))
-
-
-def row(work, start, threads=1):
-    found = [r for r in bench(work)["results"] if r["name"].startswith(start) and r["threads"] == threads]
+def row(work, start, threads=1, section="rod"):
+    bench = work.once(f"{section} bench", lambda: work.json(f"keratin-bench {section} --json"))
+    found = [r for r in bench["results"] if r["name"].startswith(start) and r["threads"] == threads]
     if not found:
         raise RuntimeError(f"no row \"{start}\" on {threads} threads")
     return found[0]
@@ -180,35 +177,24 @@ for kind, count in KINDS.items():
     add_kind(kind, count)
 
 
-def contact_bench(work):
-    return work.once("contact bench", lambda: work.json("keratin-bench contact --json"))
-
-
-def contact_row(work, start, threads=1):
-    found = [r for r in contact_bench(work)["results"] if r["name"].startswith(start) and r["threads"] == threads]
-    if not found:
-        raise RuntimeError(f"no row \"{start}\" on {threads} threads")
-    return found[0]["value"]
-
-
 for size, limit in (("10k", 1.2), ("100k", 20), ("1M", 380)):
     def add_phase(size, limit):
         @demand(f"broad and narrow phase, {size} edges, 1 thread", at_most(limit, "ms"))
         def _(work):
-            return contact_row(work, f"broad and narrow phase, {size} edges")
+            return row(work, f"broad and narrow phase, {size} edges", section="contact")["value"]
     add_phase(size, limit)
 
 
 @demand("Gauss-Seidel, cost of a contact and sweep, 1 thread", at_most(60, "ns"))
 def _(work):
-    return contact_row(work, "Gauss-Seidel, 5500 contacts")
+    return row(work, "Gauss-Seidel, 5500 contacts", section="contact")["value"]
 
 
 @demand("hairball, turning phase, a step on 2 threads", at_most(60, "ms"))
 def _(work):
-    return contact_row(work, "hairball, turning phase", 2)
+    return row(work, "hairball, turning phase", 2, "hairball")["value"]
 
 
 @demand("hairball, turning phase: mean contacts", at_least(3000))
 def _(work):
-    return contact_row(work, "hairball, turning phase: contacts", 2)
+    return row(work, "hairball, turning phase: contacts", 2, "hairball")["value"]

@@ -89,18 +89,7 @@ void compare_info(const AssetView& view_a, const AssetView& view_b,
         compare_value("max", a.bounds_max, b.bounds_max, report.bounds);
     }
 
-    const auto attach_name = [](Attach attach) -> std::string {
-        switch (attach) {
-            case Attach::bone:
-                return "bone";
-            case Attach::all:
-                return "all";
-            case Attach::triangle:
-                return "triangle";
-        }
-        return "";
-    };
-    compare_value("attach", attach_name(a.attach), attach_name(b.attach), report.settings);
+    compare_value("attach", a.attach, b.attach, report.settings);
     compare_groups(a, b, counterparts.groups(), report.settings);
     const Match& bones = counterparts.bones();
     if (a.bones != b.bones) {

@@ -53,6 +53,18 @@ std::string value_text(const std::vector<float>& value) {
     return bracketed(value, [](float v) { return value_text(v); });
 }
 
+std::string value_text(Attach value) {
+    switch (value) {
+        case Attach::bone:
+            return "bone";
+        case Attach::all:
+            return "all";
+        case Attach::triangle:
+            return "triangle";
+    }
+    return "";
+}
+
 std::string values_text(std::span<const double> values) {
     constexpr double kLargestIndex = 4294967295.0;
     return bracketed(values, [](double v) {

@@ -24,6 +24,7 @@ std::string value_text(const std::string& value);
 std::string value_text(const Hash128& value);  // its first 12 digits
 std::string value_text(const std::array<float, 3>& value);
 std::string value_text(const std::vector<float>& value);
+std::string value_text(Attach value);  // as recipes write it
 
 // "(1, 2, 3)"; a single number without brackets. Indices in full, others with 7 digits.
 std::string values_text(std::span<const double> values);

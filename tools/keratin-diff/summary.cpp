@@ -28,18 +28,6 @@ class Lines {
     std::string text_;
 };
 
-std::string_view attach_text(Attach attach) {
-    switch (attach) {
-        case Attach::bone:
-            return "bone";
-        case Attach::all:
-            return "all";
-        case Attach::triangle:
-            return "triangle";
-    }
-    return "";
-}
-
 void add_group(const GroupInfo& group, Lines& lines) {
     const Material& m = group.material;
     const StrandParameters& s = group.strand;
@@ -83,7 +71,7 @@ std::string summary_text(const AssetView& asset) {
     lines.add("recipe", info.recipe_hash);
     for (const InputRecord& input : info.inputs)
         lines.add("input " + input.role, input.name, input.hash);
-    lines.add("attach", std::string(attach_text(info.attach)));
+    lines.add("attach", value_text(info.attach));
     lines.add("strands", info.strand_count, "with", info.point_count, "points");
     lines.add("guides", info.guide_count, "in", info.tile_count, "tiles of", info.row_count,
               "rows");
