@@ -1,4 +1,5 @@
 // Every groom and mesh that ships in data/ bakes, or is refused with a message that names it.
+#include "tests/data_dir.h"
 #include "tests/temporary_folder.h"
 
 #include <catch2/catch.hpp>

@@ -1,6 +1,7 @@
 // keratin-bake as a user runs it.
 #include "schema/asset_view.h"
 #include "schema/files/write_file.h"
+#include "tests/data_dir.h"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

@@ -2,6 +2,7 @@
 
 #include "bake/output.h"
 #include "schema/files/write_file.h"
+#include "tests/data_dir.h"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,5 @@
 #include "runtime/contact/coulomb.h"
+#include "tests/data_dir.h"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,5 @@
 // The hairball's free fall against the published program's (data/hairball/README.md).
+#include "tests/data_dir.h"
 #include "tools/scenes/contact_scenes.h"
 
 #include <catch2/catch.hpp>

@@ -1,5 +1,6 @@
 // The rod solver against closed forms and reference solutions: the quick ones of data/validation, by
 // the same code as keratin-report validate, which runs them all.
+#include "tests/data_dir.h"
 #include "tools/keratin-report/case.h"
 #include "tools/keratin-report/print.h"
 

@@ -1,4 +1,5 @@
 #include "runtime/simulation.h"
+#include "tests/data_dir.h"
 #include "tests/revision/recorded.h"
 #include "tests/tools/diff/full_asset.h"
 #include "tools/keratin-diff/compare.h"

@@ -4,6 +4,7 @@
 #include "bake/read/ogawa.h"
 #include "bake/read/read_curves.h"
 #include "tests/bake/read/make_alembic.h"
+#include "tests/data_dir.h"
 
 #include <catch2/catch.hpp>
 

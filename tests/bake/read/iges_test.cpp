@@ -1,5 +1,6 @@
 #include "bake/nurbs.h"
 #include "bake/read/read_curves.h"
+#include "tests/data_dir.h"
 #include "tests/temporary_folder.h"
 
 #include <catch2/catch.hpp>

@@ -1,6 +1,7 @@
 #include "bake/nurbs.h"
 #include "bake/read/formats.h"
 #include "bake/read/read_curves.h"
+#include "tests/data_dir.h"
 
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>

@@ -1,6 +1,7 @@
 // Our OBJ readers against tinyobjloader, which shares nothing with them.
 #include "bake/read/read_curves.h"
 #include "bake/read/read_mesh.h"
+#include "tests/data_dir.h"
 
 #include <catch2/catch.hpp>
 

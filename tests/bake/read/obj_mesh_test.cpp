@@ -1,5 +1,6 @@
 #include "bake/read/formats.h"
 #include "bake/read/read_mesh.h"
+#include "tests/data_dir.h"
 
 #include <catch2/catch.hpp>
 

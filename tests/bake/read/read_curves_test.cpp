@@ -1,6 +1,7 @@
 #include "bake/read/read_curves.h"
 
 #include "tests/bake/read/make_bytes.h"
+#include "tests/data_dir.h"
 #include "tests/temporary_folder.h"
 
 #include <catch2/catch.hpp>

@@ -3,6 +3,7 @@
 #include "bake/read/read_curves.h"
 #include "bake/read/read_mesh.h"
 #include "tests/bake/read/make_bytes.h"
+#include "tests/data_dir.h"
 #include "tests/temporary_folder.h"
 
 #include <Eigen/Geometry>

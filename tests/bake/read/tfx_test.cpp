@@ -2,6 +2,7 @@
 #include "bake/read/formats.h"
 #include "bake/read/read_curves.h"
 #include "tests/bake/read/make_bytes.h"
+#include "tests/data_dir.h"
 
 #include <catch2/catch.hpp>
 

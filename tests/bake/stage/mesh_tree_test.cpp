@@ -3,6 +3,7 @@
 #include "bake/read/read_curves.h"
 #include "bake/read/read_mesh.h"
 #include "tests/bake/stage/shapes.h"
+#include "tests/data_dir.h"
 
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>

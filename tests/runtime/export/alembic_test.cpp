@@ -1,5 +1,6 @@
 #include "runtime/export/strand_export.h"
 #include "schema/files/write_file.h"
+#include "tests/data_dir.h"
 
 #include <catch2/catch.hpp>
 

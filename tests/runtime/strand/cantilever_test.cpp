@@ -1,3 +1,4 @@
+#include "tests/data_dir.h"
 #include "tests/runtime/strand/strand_scene.h"
 
 #include <catch2/catch.hpp>

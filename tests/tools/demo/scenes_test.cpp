@@ -1,6 +1,7 @@
 // The scenes of tools/demo do what their first lines say.
 #include "bake/read/read_curves.h"
 #include "schema/read/scene.h"
+#include "tests/data_dir.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,6 @@
 // Runs the program keratin-diff itself.
 #include "schema/files/write_file.h"
+#include "tests/data_dir.h"
 #include "tests/tools/diff/full_asset.h"
 
 #include <catch2/catch.hpp>

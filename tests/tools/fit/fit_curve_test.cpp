@@ -2,6 +2,7 @@
 
 #include "bake/nurbs.h"
 #include "bake/read/read_curves.h"
+#include "tests/data_dir.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,6 @@
 #include "tools/measure/mesh_distance.h"
 
+#include "tests/data_dir.h"
 #include "tools/measure/penetration.h"
 
 #include <catch2/catch.hpp>

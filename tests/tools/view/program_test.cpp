@@ -1,4 +1,5 @@
 // Runs the program keratin-view itself.
+#include "tests/data_dir.h"
 #include "tests/tools/view/small_run.h"
 #include "tools/keratin-view/image.h"
 
