@@ -160,13 +160,17 @@ struct Baked {
 };
 
 void set_bounds(const AssetArrays& arrays, AssetInfo& info) {
-    for (std::size_t k = 0; k < 3; ++k) {
-        info.bounds_min[k] = info.bounds_max[k] = arrays.strand_position[k];
+    const std::vector<float>& x = arrays.strand_position;
+    float low[3] = {x[0], x[1], x[2]}, high[3] = {x[0], x[1], x[2]};
+#pragma omp parallel for schedule(static) reduction(min : low[ : 3]) reduction(max : high[ : 3])
+    for (std::size_t p = 0; p < x.size() / 3; ++p) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            low[k] = std::min(low[k], x[3 * p + k]);
+            high[k] = std::max(high[k], x[3 * p + k]);
+        }
     }
-    for (std::size_t i = 0; i < arrays.strand_position.size(); ++i) {
-        info.bounds_min[i % 3] = std::min(info.bounds_min[i % 3], arrays.strand_position[i]);
-        info.bounds_max[i % 3] = std::max(info.bounds_max[i % 3], arrays.strand_position[i]);
-    }
+    std::copy_n(low, 3, info.bounds_min.begin());
+    std::copy_n(high, 3, info.bounds_max.begin());
 }
 
 void count_all(const Groom& groom, std::span<const std::uint32_t> guides, const AssetOrder& order,
@@ -376,14 +380,14 @@ Result<Baked> bake(const Options& options) {
     if (!surfaces) return surfaces.error();
 
     stages.begin("evaluate");
-    const auto curves = evaluate_curves(inputs->grooms, *recipe, strictness, findings);
+    auto curves = evaluate_curves(inputs->grooms, *recipe, strictness, findings);
     if (!curves) return curves.error();
-    auto sound = drop_degenerate(*curves, *recipe, strictness, findings);
+    auto sound = drop_degenerate(*std::move(curves), *recipe, strictness, findings);
     if (!sound) return sound.error();
     stages.begin("root ends");
     const auto ends = orient_strands(*recipe, surfaces->of_source, *sound, findings);
     stages.begin("resample");
-    Groom groom = resample(*sound, *recipe, findings);
+    Groom groom = resample(*std::move(sound), *recipe, findings);
     stages.begin("inside");
     if (mesh != nullptr) {
         out.report.inside = find_inside(*surfaces, *recipe, groom, findings);

@@ -1,9 +1,11 @@
 #include "bake/output.h"
 
 #include "schema/files/write_file.h"
+#include "schema/mapped_file.h"
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <filesystem>
 
 namespace keratin {
@@ -27,8 +29,9 @@ Result<bool> write_if_changed(const std::string& path, std::span<const std::byte
     namespace fs = std::filesystem;
     std::error_code failed;
     if (fs::is_regular_file(path, failed) && fs::file_size(path, failed) == bytes.size()) {
-        const auto old = read_file(path);
-        if (old && std::equal(old->begin(), old->end(), bytes.begin(), bytes.end())) {
+        const auto old = MappedFile::open(path);
+        if (old && old->bytes().size() == bytes.size() &&
+            std::memcmp(old->bytes().data(), bytes.data(), bytes.size()) == 0) {
             if (unchanged == Unchanged::touch) {
                 fs::last_write_time(path, fs::file_time_type::clock::now(), failed);
                 if (failed)

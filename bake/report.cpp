@@ -92,11 +92,12 @@ std::string to_text(std::span<const StrandRange> ranges, std::size_t limit) {
 Spread spread_of(std::vector<double> values) {
     Spread out;
     if (values.empty()) return out;
-    std::sort(values.begin(), values.end());
     for (double v : values) out.mean += v;
     out.mean /= static_cast<double>(values.size());
-    out.p95 = values[(values.size() - 1) * 95 / 100];
-    out.max = values.back();
+    const auto p95 = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) * 95 / 100);
+    std::nth_element(values.begin(), p95, values.end());
+    out.p95 = *p95;
+    out.max = *std::max_element(p95, values.end());
     return out;
 }
 

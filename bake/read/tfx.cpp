@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <string>
 
 namespace keratin {
@@ -17,6 +18,33 @@ struct TfxHeader {
 };
 
 constexpr std::size_t kVersion3Size = 296, kVersion4Size = 160;
+
+std::string fault_of(const RawCurve& curve) {
+    for (std::size_t p = 0; p < curve.points.size(); ++p)
+        if (!is_usable(curve.points[p]))
+            return "point " + std::to_string(p) + " is not finite or is immensely far away";
+    return "its texture coordinate is not finite";
+}
+
+// Strands that are not `sound` become problems; the others close up.
+void leave_out_unsound(std::span<const std::uint8_t> sound, RawGroom& groom) {
+    std::size_t kept = 0;
+    for (std::size_t s = 0; s < sound.size(); ++s) {
+        if (!sound[s]) {
+            groom.problems.push_back({s, 0, fault_of(groom.curves[s])});
+            continue;
+        }
+        if (kept != s) {
+            groom.curves[kept] = std::move(groom.curves[s]);
+            if (!groom.root_uv.empty()) groom.root_uv[kept] = groom.root_uv[s];
+            if (!groom.fixed_points.empty()) groom.fixed_points[kept] = groom.fixed_points[s];
+        }
+        ++kept;
+    }
+    groom.curves.resize(kept);
+    if (!groom.root_uv.empty()) groom.root_uv.resize(kept);
+    if (!groom.fixed_points.empty()) groom.fixed_points.resize(kept);
+}
 
 }  // namespace
 
@@ -65,40 +93,37 @@ Result<RawGroom> read_tfx(std::string_view bytes, const std::string& file) {
                    !holds(bytes, header.strand_uv_offset, strands, 2 * sizeof(float))))
         return damaged("the texture coordinates of the strands lie outside the file");
 
+    const bool has_fixed = header.floats_per_position == 4;
     RawGroom groom;
     groom.file = file;
-    groom.curves.reserve(strands);
-    if (has_uv) groom.root_uv.reserve(strands);
-    std::size_t offset = header.position_offset;
+    groom.curves.resize(strands);
+    if (has_uv) groom.root_uv.resize(strands);
+    if (has_fixed) groom.fixed_points.resize(strands);
+    std::vector<std::uint8_t> sound(strands);
+#pragma omp parallel for schedule(static)
     for (std::uint64_t s = 0; s < strands; ++s) {
-        RawCurve curve;
+        RawCurve& curve = groom.curves[s];
         curve.index = s;
         curve.points.resize(points);
+        bool usable = true;
         std::uint32_t fixed = 0;
-        std::string what;
+        std::size_t offset = header.position_offset + s * points * stride;
         for (std::uint64_t p = 0; p < points; ++p, offset += stride) {
             for (int axis = 0; axis < 3; ++axis)
                 curve.points[p][axis] = load<float>(bytes, offset + axis * sizeof(float));
-            if (!is_usable(curve.points[p]) && what.empty())
-                what = "point " + std::to_string(p) + " is not finite or is immensely far away";
-            if (header.floats_per_position == 4 && fixed == p &&
-                load<float>(bytes, offset + 3 * sizeof(float)) == 0)
+            usable = usable && is_usable(curve.points[p]);
+            if (has_fixed && fixed == p && load<float>(bytes, offset + 3 * sizeof(float)) == 0)
                 ++fixed;
         }
-        Vec2 uv = Vec2::Zero();
         if (has_uv) {
             const std::size_t at = header.strand_uv_offset + s * 2 * sizeof(float);
-            uv = {load<float>(bytes, at), load<float>(bytes, at + sizeof(float))};
-            if (!uv.allFinite() && what.empty()) what = "its texture coordinate is not finite";
+            groom.root_uv[s] = {load<float>(bytes, at), load<float>(bytes, at + sizeof(float))};
+            usable = usable && groom.root_uv[s].allFinite();
         }
-        if (!what.empty()) {
-            groom.problems.push_back({s, 0, what});
-            continue;
-        }
-        groom.curves.push_back(std::move(curve));
-        if (has_uv) groom.root_uv.push_back(uv);
-        if (header.floats_per_position == 4) groom.fixed_points.push_back(fixed);
+        if (has_fixed) groom.fixed_points[s] = fixed;
+        sound[s] = usable;
     }
+    leave_out_unsound(sound, groom);
     return groom;
 }
 

@@ -14,14 +14,13 @@ double median(std::vector<double> values) {
 
 }  // namespace
 
-Result<Groom> drop_degenerate(const Groom& groom, const Recipe& recipe, Strictness strictness,
+Result<Groom> drop_degenerate(Groom groom, const Recipe& recipe, Strictness strictness,
                               Findings& findings) {
     const std::size_t files = recipe.curves.size();
     const std::size_t n = groom.strand_count();
-    std::vector<double> length(n);
+    const std::vector<double> length = strand_lengths(groom);
     std::vector<std::vector<double>> positive(files);
     for (std::size_t s = 0; s < n; ++s) {
-        length[s] = polyline_length(groom.points(s));
         if (length[s] > 0) positive[groom.source[s]].push_back(length[s]);
     }
     std::vector<double> shortest(files);

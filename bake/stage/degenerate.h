@@ -17,7 +17,7 @@ inline constexpr double kDegenerateShare = 1e-3;
 // Leaves out strands with fewer than two distinct points or shorter than kDegenerateShare of their
 // file's median, and reports their numbers.
 // Errors (input): all strands of a file are degenerate; any is, when strict.
-Result<Groom> drop_degenerate(const Groom& groom, const Recipe& recipe, Strictness strictness,
+Result<Groom> drop_degenerate(Groom groom, const Recipe& recipe, Strictness strictness,
                               Findings& findings);
 
 }  // namespace keratin

@@ -46,6 +46,13 @@ double polyline_length(std::span<const Vec3> points) {
     return length;
 }
 
+std::vector<double> strand_lengths(const Groom& groom) {
+    std::vector<double> out(groom.strand_count());
+#pragma omp parallel for schedule(static)
+    for (std::size_t s = 0; s < out.size(); ++s) out[s] = polyline_length(groom.points(s));
+    return out;
+}
+
 Vec3 point_at_length(std::span<const Vec3> points, double s) {
     if (s <= 0) return points.front();
     for (std::size_t p = 1; p < points.size(); ++p) {

@@ -49,6 +49,9 @@ Groom select(const Groom& groom, std::span<const std::uint32_t> keep);
 // Sum of the segment lengths of a polyline.
 double polyline_length(std::span<const Vec3> points);
 
+// polyline_length of each strand.
+std::vector<double> strand_lengths(const Groom& groom);
+
 // The point at arc length `s` from the first point, on the polyline; s is clamped to its ends.
 Vec3 point_at_length(std::span<const Vec3> points, double s);
 

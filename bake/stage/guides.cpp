@@ -24,16 +24,12 @@ std::vector<std::uint32_t> cluster_medoids(std::span<const StrandFeature> featur
     const std::size_t n = members.size();
     // Start: strands at even steps along a space-filling curve through the roots.
     std::vector<Vec3> roots(n);
+#pragma omp parallel for schedule(static)
     for (std::size_t i = 0; i < n; ++i) {
         const StrandFeature& f = features[members[i]];
         roots[i] = {f[0], f[1], f[2]};
     }
-    const std::vector<std::uint64_t> key = morton_keys(roots);
-    std::vector<std::uint32_t> along(n);
-    std::iota(along.begin(), along.end(), 0u);
-    std::sort(along.begin(), along.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return key[a] < key[b] || (key[a] == key[b] && a < b);
-    });
+    const std::vector<std::uint32_t> along = morton_order(roots);
     Random random(seed);
     std::vector<StrandFeature> centre(wanted);
     std::vector<std::uint32_t> cluster(n);
@@ -72,24 +68,27 @@ std::vector<std::uint32_t> cluster_medoids(std::span<const StrandFeature> featur
         }
     }
 
-    std::vector<std::uint8_t> taken(n, 0);
-    std::vector<std::uint32_t> out;
-    std::size_t empty = 0;
+    std::vector<std::uint32_t> medoid(wanted);
+#pragma omp parallel for schedule(static)
     for (std::size_t k = 0; k < wanted; ++k) {
         double least = std::numeric_limits<double>::infinity();
-        std::uint32_t best = 0;
         for (std::uint32_t i = first[k]; i < first[k + 1]; ++i) {
             const double d = squared_distance(features[members[sorted[i]]], centre[k]);
             if (d < least) {
                 least = d;
-                best = sorted[i];
+                medoid[k] = sorted[i];
             }
         }
+    }
+    std::vector<std::uint8_t> taken(n, 0);
+    std::vector<std::uint32_t> out;
+    std::size_t empty = 0;
+    for (std::size_t k = 0; k < wanted; ++k) {
         if (first[k] == first[k + 1]) {
             ++empty;
         } else {
-            taken[best] = 1;
-            out.push_back(members[best]);
+            taken[medoid[k]] = 1;
+            out.push_back(members[medoid[k]]);
         }
     }
     // Clusters that lost all members (strands with equal features) give their guide to the strands

@@ -1,6 +1,7 @@
 #include "bake/stage/levels.h"
 
 #include <cmath>
+#include <numeric>
 
 namespace keratin {
 
@@ -9,6 +10,7 @@ std::vector<LevelOfDetail> width_levels(const AssetArrays& arrays,
     const std::size_t n = arrays.strand_id.size();
     // covered[s]: by the first s strands, m^2.
     std::vector<double> covered(n + 1, 0);
+#pragma omp parallel for schedule(static)
     for (std::size_t s = 0; s < n; ++s) {
         double length = 0;
         for (std::size_t p = arrays.strand_first_point[s] + 1; p < arrays.strand_first_point[s + 1];
@@ -24,8 +26,9 @@ std::vector<LevelOfDetail> width_levels(const AssetArrays& arrays,
         const double radius = arrays.strand_radius.empty()
                                   ? groups[arrays.strand_group[s]].material.radius
                                   : arrays.strand_radius[s];
-        covered[s + 1] = covered[s] + length * radius;
+        covered[s + 1] = length * radius;
     }
+    std::partial_sum(covered.begin(), covered.end(), covered.begin());
     std::vector<LevelOfDetail> out;
     for (std::size_t count = n / 2; count > 0; count /= 2) {
         out.push_back({static_cast<std::uint32_t>(count),

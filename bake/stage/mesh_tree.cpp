@@ -28,7 +28,7 @@ using Tree = Eigen::KdBVH<double, 3, Corners>;
 // Share of the mesh's diagonal below which two distances are equal: some 4000 roundings of double.
 constexpr double kTieScale = 1e-12;
 // Triangles of a leaf of the winding tree, summed one by one.
-constexpr std::size_t kLeafTriangles = 8;
+constexpr std::size_t kLeafTriangles = 4;
 // A cluster counts as a dipole from this many of its radii away (Barill et al. 2018).
 constexpr double kFarRadii = 2;
 

@@ -3,8 +3,8 @@
 #include "bake/stage/spatial_order.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
-#include <tuple>
 
 namespace keratin {
 
@@ -12,14 +12,14 @@ AssetOrder order_asset(const Groom& groom, std::span<const std::uint32_t> guides
     constexpr std::size_t kQuadLanes = kQuadTiles * kTileLanes;
     const std::size_t n = groom.strand_count();
     std::vector<Vec3> roots(n);
+#pragma omp parallel for schedule(static)
     for (std::size_t s = 0; s < n; ++s) roots[s] = groom.points(s).front();
-    const std::vector<std::uint64_t> key = morton_keys(roots);
-
+    // Group by group, along the curve in each.
+    std::vector<std::size_t> next(groom.group_names.size() + 1, 0);
+    for (std::uint32_t g : groom.group) ++next[g + 1];
+    std::partial_sum(next.begin(), next.end(), next.begin());
     std::vector<std::uint32_t> along(n);
-    std::iota(along.begin(), along.end(), 0u);
-    std::sort(along.begin(), along.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return std::tie(groom.group[a], key[a], a) < std::tie(groom.group[b], key[b], b);
-    });
+    for (std::uint32_t s : morton_order(roots)) along[next[groom.group[s]]++] = s;
     AssetOrder out;
     out.strand.reserve(n);
     out.new_strand.resize(n);
@@ -28,10 +28,16 @@ AssetOrder order_asset(const Groom& groom, std::span<const std::uint32_t> guides
         out.strand.push_back(along[i]);
     }
 
-    std::vector<std::uint32_t> sorted(guides.begin(), guides.end());
-    std::sort(sorted.begin(), sorted.end(), [&](std::uint32_t a, std::uint32_t b) {
-        const std::size_t ca = groom.point_count(a), cb = groom.point_count(b);
-        return std::tie(groom.group[a], cb, key[a], a) < std::tie(groom.group[b], ca, key[b], b);
+    // The longest of a group first, equals along the curve.
+    std::vector<std::uint8_t> is_guide(n, 0);
+    for (std::uint32_t s : guides) is_guide[s] = 1;
+    std::vector<std::uint32_t> sorted;
+    sorted.reserve(guides.size());
+    std::copy_if(along.begin(), along.end(), std::back_inserter(sorted),
+                 [&](std::uint32_t s) { return is_guide[s]; });
+    std::stable_sort(sorted.begin(), sorted.end(), [&](std::uint32_t a, std::uint32_t b) {
+        if (groom.group[a] != groom.group[b]) return groom.group[a] < groom.group[b];
+        return groom.point_count(a) > groom.point_count(b);
     });
     out.lane_of.assign(n, kNoStrand);
     out.tile_first_row.push_back(0);

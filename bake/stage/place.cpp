@@ -49,20 +49,23 @@ Result<void> place_curves(const Recipe& recipe, std::vector<RawGroom>& grooms, F
                  "the file's unit of " + std::to_string(*groom.metres_per_unit) + " m is used",
                  {}});
         }
+        std::size_t first_bad = groom.curves.size();
+#pragma omp parallel for schedule(static) reduction(min : first_bad)
         for (std::size_t c = 0; c < groom.curves.size(); ++c) {
-            for (std::size_t p = 0; p < groom.curves[c].points.size(); ++p) {
-                Vec3& x = groom.curves[c].points[p];
+            for (Vec3& x : groom.curves[c].points) {
                 x = scale * to_y_up(x, recipe.up_axis, recipe.handedness);
-                if (!usable(x)) {
-                    return Error{ErrorCode::input,
-                                 groom.file + ": strand " + std::to_string(c) + ", point " +
-                                     std::to_string(p),
-                                 x.allFinite()
-                                     ? "the point lies more than 1000 km from the origin; "
-                                       "check the recipe's scale"
-                                     : "a coordinate is not a finite number"};
-                }
+                if (!usable(x)) first_bad = std::min(first_bad, c);
             }
+        }
+        if (first_bad < groom.curves.size()) {
+            const auto& points = groom.curves[first_bad].points;
+            const auto bad = std::find_if_not(points.begin(), points.end(), usable);
+            return Error{ErrorCode::input,
+                         groom.file + ": strand " + std::to_string(first_bad) + ", point " +
+                             std::to_string(bad - points.begin()),
+                         bad->allFinite() ? "the point lies more than 1000 km from the origin; "
+                                            "check the recipe's scale"
+                                          : "a coordinate is not a finite number"};
         }
         for (double& r : groom.radius) r *= scale;
         for (auto& radii : groom.point_radius) {

@@ -98,7 +98,7 @@ double resampling_error(std::span<const Vec3> points, std::span<const Vec3> resa
     return error;
 }
 
-Groom resample(const Groom& groom, const Recipe& recipe, Findings& findings) {
+Groom resample(Groom groom, const Recipe& recipe, Findings& findings) {
     const std::size_t n = groom.strand_count();
     std::vector<std::uint32_t> count(n, recipe.points_per_strand.value_or(kDefaultPoints));
     if (recipe.max_error) {
@@ -127,20 +127,22 @@ Groom resample(const Groom& groom, const Recipe& recipe, Findings& findings) {
         }
     }
 
-    Groom out = groom;
-    for (std::size_t s = 0; s < n; ++s) out.first_point[s + 1] = out.first_point[s] + count[s];
-    out.position.assign(out.first_point[n], Vec3::Zero());
+    std::vector<std::uint32_t> first_point(n + 1, 0);
+    for (std::size_t s = 0; s < n; ++s) first_point[s + 1] = first_point[s] + count[s];
+    std::vector<Vec3> position(first_point[n]);
 #pragma omp parallel for schedule(static)
     for (std::size_t s = 0; s < n; ++s) {
         const auto from = groom.points(s);
-        const auto to = out.points(s);
+        const std::span<Vec3> to(position.data() + first_point[s], count[s]);
         if (from.size() == to.size() && (groom.even[s] || stands_evenly(from))) {
             std::copy(from.begin(), from.end(), to.begin());
         } else {
             resample_polyline(from, to);
         }
     }
-    return out;
+    groom.first_point = std::move(first_point);
+    groom.position = std::move(position);
+    return groom;
 }
 
 }  // namespace keratin

@@ -18,7 +18,7 @@ inline constexpr std::uint32_t kDefaultPoints = 16;
 // strands that would need more are reported. Strands marked `even` that already have the right
 // number of points, and polylines whose points stand evenly to within 1e-6 of their length, are
 // left alone.
-Groom resample(const Groom& groom, const Recipe& recipe, Findings& findings);
+Groom resample(Groom groom, const Recipe& recipe, Findings& findings);
 
 // The points of one strand at `count` equal steps of arc length; out.size() is the count (>= 2).
 void resample_polyline(std::span<const Vec3> points, std::span<Vec3> out);

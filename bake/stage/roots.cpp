@@ -121,8 +121,9 @@ Roots bind_roots(const Groom& groom, const GrowthSurfaces& surfaces, const Recip
 
     std::vector<std::vector<std::uint32_t>> far(recipe.curves.size());
     std::vector<double> farthest(recipe.curves.size(), 0);
+    const std::vector<double> length = strand_lengths(groom);
     for (std::size_t s = 0; s < n; ++s) {
-        if (out.distance[s] <= kFarShare * polyline_length(groom.points(s))) continue;
+        if (out.distance[s] <= kFarShare * length[s]) continue;
         far[groom.source[s]].push_back(groom.curve[s]);
         farthest[groom.source[s]] = std::max(farthest[groom.source[s]], out.distance[s]);
     }

@@ -31,10 +31,15 @@ void judge(const char* what, double size, double least, double most, Findings& f
 void measure_sizes(const Groom& groom, const RawMesh* mesh, const GrowthSurfaces& surfaces,
                    BakeReport& report, Findings& findings) {
     Eigen::AlignedBox3d hair, body, whole;
-    for (const Vec3& p : groom.position) hair.extend(p);
-    std::vector<double> length(groom.strand_count());
-    for (std::size_t s = 0; s < length.size(); ++s) length[s] = polyline_length(groom.points(s));
-    report.length = spread_of(std::move(length));
+#pragma omp parallel
+    {
+        Eigen::AlignedBox3d own;
+#pragma omp for schedule(static) nowait
+        for (std::size_t i = 0; i < groom.position.size(); ++i) own.extend(groom.position[i]);
+#pragma omp critical
+        hair.extend(own);
+    }
+    report.length = spread_of(strand_lengths(groom));
     report.hair_size = extents(hair);
     judge("length of the strands", report.length.p95, kShortestHair, kLongestHair, findings);
     if (mesh == nullptr) return;

@@ -10,8 +10,9 @@
 
 namespace keratin {
 
-// Place of each point on a Morton curve through the points' common bounding cube, 21 bits an axis.
-std::vector<std::uint64_t> morton_keys(std::span<const Vec3> points);
+// Numbers of the points in the order in which a Morton curve through their common bounding cube, 21
+// bits an axis, meets them; points of one cell by number.
+std::vector<std::uint32_t> morton_order(std::span<const Vec3> points);
 
 // The numbers 0..count-1 so that every prefix is spread evenly over 0..count-1 while long runs
 // ascend: bit-reversed order, in which every doubling of the prefix adds 16 runs, each evenly
