@@ -64,7 +64,9 @@ Box<Pack> tense(const Part<Pack> b) {
                     carried_value = coupling * value;
                     carried_share = coupling * share;
                 }
-                inverse = one / max(w + w_child - carried_share, Pack(1e-20f));
+                // Below its tip a strand repeats the tip: nothing pulls there.
+                inverse = select(w_child < Pack(1e-20f), zero,
+                                 one / max(w + w_child - carried_share, Pack(1e-20f)));
                 value = (size - b.length(i) + carried_value) * inverse;
                 b.set(slot_sweep1, i, value);
                 b.set3(slot_x, i, t);

@@ -108,3 +108,20 @@ TEST_CASE("the sag converges with the number of points") {
     }
     CHECK(before < 0.01);
 }
+
+TEST_CASE("a strand sags as it would alone, whatever the longer ones of its tile") {
+    std::vector<scenes::Line> lines;
+    for (const std::uint32_t points : {3u, 9u, 32u})
+        lines.push_back(scenes::straight_line({0, 0, 0}, {1, 0, 0}, 0.04, points));
+    const scenes::Groom tile = scenes::make_groom(lines, {});
+    Simulation all = made(tile, single_thread());
+    run(all, 2, 1.0 / 60);
+    for (std::uint32_t k = 0; k < lines.size(); ++k) {
+        const scenes::Groom one = scenes::make_groom({&lines[k], 1}, {});
+        Simulation alone = made(one, single_thread());
+        run(alone, 2, 1.0 / 60);
+        INFO(lines[k].size() << " points: " << tip(all, k)[1] << " m, alone " << tip(alone, 0)[1]);
+        CHECK(tip(alone, 0)[1] < -5e-4);
+        CHECK(distance(tip(all, k), tip(alone, 0)) < 1e-7);
+    }
+}
