@@ -9,10 +9,11 @@
 // z and has two bands below the diagonal; its factors come from prepare.h. So one sweep down and
 // one up (tense.h) give what infinitely many iterations would, at the cost of one.
 //
-// Of the weight of all that lies beyond a segment only the part across it enters: the part along it
-// is the segment's tension. Otherwise the solve would move points along the strand, the length
-// sweeps would bring them back against other masses, and what both leave would bend a strand at
-// rest and keep curls in motion.
+// Of the weight of all that lies beyond a segment only the part across it enters, and of the elastic
+// forces too (bend_pull): the part along it is the segment's tension. Otherwise the solve would move
+// points along the strand, the length sweeps would bring them back against other masses, and what
+// both leave would bend a strand at rest and keep curls in motion. So a strand rests where weight and
+// moments balance (schema/bend.h), whatever the step.
 //
 // Bending is damped: a joint resists the change that its row of the matrix sees in the motion since
 // the small step began, taken in the frame of the root, so that a head that turns carries its hair
@@ -132,7 +133,10 @@ void predict(const Part<Pack> b, const QuadClass& group, const SmallStep& step) 
         const Pack3 rate_next = child - now - e_before - cross(root_rate, e_before);
         const Pack3 slowed = (rate_next - rate * lever) * (k * damping);
         const Pack3 weight = (fall - u * (dot(u, fall) * held)) * b.get(slot_beyond, i + 1);
-        const Pack3 f = u * kl - g * k + slowed - weight;
+        const Pack inverse_rest = b.get(slot_inverse_length, i + 1);
+        const Pack pull = bend_pull(b.length(i + 1), dot(u, g),
+                                     dot(rate_next, rate_next) * (inverse_rest * inverse_rest), held);
+        const Pack3 f = u * (k * pull) - g * k + slowed - weight;
         const Pack3 reaction = bend_reaction(r, t, g, u, along, turn, kl * inverse_length) +
                                slowed * lever - rate * b.get(slot_drag, i);
         now = child;
@@ -142,7 +146,6 @@ void predict(const Part<Pack> b, const QuadClass& group, const SmallStep& step) 
         load = f - f1 + reaction;
         f1 = f;
         t = u;
-        const Pack inverse_rest = b.get(slot_inverse_length, i + 1);
         r = d * inverse_rest;
         // A predicted edge may have next to no length; what it feels stays bounded.
         inverse_length = min(b.get(slot_sweep1, i + 1), inverse_rest * Pack(16.0f));

@@ -1,6 +1,6 @@
-// Every formula of schema/formula, runtime/formula and runtime/shape as a function from a list of
-// numbers to a list of numbers, so that scalars, lanes and double can be compared on the same
-// inputs.
+// Every formula of schema/bend.h, schema/formula, runtime/formula and runtime/shape as a function
+// from a list of numbers to a list of numbers, so that scalars, lanes and double can be compared on
+// the same inputs.
 #pragma once
 
 #include "runtime/formula/bend.h"
@@ -41,10 +41,12 @@ inline constexpr int kInputs = 16, kOutputs = 4;
     X(bend_inverse, out(bend_inverse(n(0), n(1))))                                                 \
     X(bend_target, out(bend_target(n(0), n(1), v(2), s(12), s(13))))                               \
     X(bend_reaction, out(bend_reaction(n(0), n(1), v(2), v(3), s(12), s(13), s(14))))              \
+    X(joint_stiffness, out(joint_stiffness(abs(s(12)), abs(s(13)), number(1) + abs(s(14)))))       \
     X(bend_stiffness, out(bend_stiffness(abs(s(12)), abs(s(13)), abs(s(14)))))                     \
     X(stiffest_joint, out(stiffest_joint(s(12))))                                                  \
     X(longest_turn, out(longest_turn(s(12))))                                                      \
     X(resolved_move, out(resolved_move(v(0), v(1), abs(s(12)))))                                   \
+    X(bend_pull, out(bend_pull(abs(s(12)), s(13), abs(s(14)), abs(s(15)))))                         \
     X(bend_lever, out(bend_lever(v(0), v(1))))                                                     \
     X(minimal_turn, out(minimal_turn(n(0), n(1), v(2))))                                           \
     X(bend_sweep, out(bend_sweep(v(0), v(1))))                                                     \

@@ -28,7 +28,7 @@ rule(ROOM bake/read           MAY schema bake       USE Eigen assimp nlohmann)
 rule(ROOM bake/read/occt      MAY schema bake       USE Eigen occt)
 
 rule(ROOM runtime             MAY schema runtime)
-rule(ROOM runtime/formula     MAY schema/formula runtime/formula runtime/lane)
+rule(ROOM runtime/formula     MAY schema/formula schema/bend.h runtime/formula runtime/lane)
 rule(ROOM runtime/lane        MAY schema/formula runtime/lane)
 rule(ROOM runtime/shape       MAY schema/formula runtime/lane runtime/shape)
 rule(ROOM runtime/pass        MAY schema runtime/formula runtime/lane runtime/shape runtime/pass)

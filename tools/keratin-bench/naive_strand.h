@@ -12,10 +12,10 @@ namespace keratin::bench {
 
 // Float operations of one point of sixteen in one small step, adds, multiplications, comparisons,
 // divisions and roots counted one each; selections, collisions, roots' frames and what is done once
-// a frame are not counted. A point that moves takes 294: inertia and its limit 21, edge direction
-// 14, bending 135, its moves and the stretch elimination 59, tension 14, pull 22, exact length 20,
+// a frame are not counted. A point that moves takes 318: inertia and its limit 21, edge direction
+// 14, bending 158, its moves and the stretch elimination 60, tension 14, pull 22, exact length 20,
 // velocity given back 9. Two of the sixteen follow the root.
-inline constexpr double kOperationsPerPoint = 294.0 * 14 / 16;
+inline constexpr double kOperationsPerPoint = 318.0 * 14 / 16;
 
 class NaiveStrands {
   public:

@@ -237,7 +237,7 @@ class StrandRun final : public StressRun {
             const V e = normalize_or(v(at(tiled, s, i + 1)) - v(at(tiled, s, i)), t);
             const double l = rest_length(s, i + 1), half = i == 1 ? 0 : 0.5 * rest_length(s, i);
             if (l < 1e-9) continue;
-            double k = stiffness / ((half + 0.5 * l) * l * l);
+            double k = joint_stiffness(stiffness, half, l);
             if (h > 0) k = std::min(k, stiffest_joint(l) / (h * h));
             const V c = e * l - minimal_turn(r, t, target);
             sum += 0.5 * line_density() * k * dot(c, c);

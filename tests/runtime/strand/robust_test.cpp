@@ -369,3 +369,25 @@ TEST_CASE("a strand that starts folded back on itself unfolds and comes to rest"
     CHECK(fastest < 0.001);
     CHECK(distance(tip(s, 0), point(s, 0, 16)) > 0.07);
 }
+
+TEST_CASE("folded strands come to rest, whatever their stiffness, length and fold") {
+    int at_rest = 0;
+    for (const float young : {1e9f, 3e9f, 6e9f})
+        for (const double length : {0.1, 0.15, 0.2})
+            for (std::uint32_t fold = 8; fold <= 20; fold += 4) {
+                const scenes::Line line = scenes::straight_line({0, 0, 0}, {1, 0, 0}, length, 32);
+                scenes::GroomOptions options;
+                options.group.material.radius = options.group.material.radius2 = 5e-5f;
+                options.group.material.youngs_modulus = young;
+                scenes::Groom groom = scenes::make_groom({&line, 1}, options);
+                for (std::uint32_t p = fold + 1; p < 32; ++p)
+                    groom.guide_position[vector_index(groom.tile_first_row[0] + p, 3, 0, 0)] =
+                        float(2 * line[fold][0] - line[p][0]);
+                Simulation s = made(groom, single_thread());
+                run(s, 6, 1.0 / 60);
+                double fastest = 0;
+                for (std::uint32_t p = 2; p < 32; ++p) fastest = std::max(fastest, speed(s, 0, p));
+                at_rest += fastest < 0.001;
+            }
+    CHECK(at_rest == 36);
+}
