@@ -46,7 +46,7 @@ Result<void> read_ramp(const TypedJson& json, const std::string& path,
 }
 
 Result<void> read_strand(const TypedJson& json, const std::string& path, const fb::Strand* in,
-                         StrandParameters& out) {
+                         StrandParameters& out, bool& sag_free) {
     if (!in) return {};
     const std::string at = path + ".";
     for (auto ok :
@@ -59,6 +59,7 @@ Result<void> read_strand(const TypedJson& json, const std::string& path, const f
     if (in->iterations()) out.iterations = *in->iterations();
     if (in->global_length()) out.global_length = static_cast<float>(*in->global_length());
     if (in->length_damping()) out.length_damping = static_cast<float>(*in->length_damping());
+    if (in->sag_free()) sag_free = *in->sag_free();
     return {};
 }
 
@@ -109,13 +110,15 @@ Result<void> read_groups(const TypedJson& json, const fb::Recipe& in, Recipe& ou
     for (flatbuffers::uoffset_t i = 0; i < in.groups()->size(); ++i) {
         const fb::Group& group = *in.groups()->Get(i);
         const std::string path = "groups[" + std::to_string(i) + "]";
-        GroupRecipe recipe{group.name()->str(), out.material, out.strand};
+        GroupRecipe recipe{group.name()->str(), out.material, out.strand, out.sag_free};
         if (!names.insert(recipe.name).second)
             return json.wrong(path + ".name", "the group `" + recipe.name + "` is described twice");
         if (auto ok = read_material(json, path + ".material", group.material(), recipe.material);
             !ok)
             return ok;
-        if (auto ok = read_strand(json, path + ".strand", group.strand(), recipe.strand); !ok)
+        if (auto ok = read_strand(json, path + ".strand", group.strand(), recipe.strand,
+                                  recipe.sag_free);
+            !ok)
             return ok;
         out.groups.push_back(std::move(recipe));
     }
@@ -173,6 +176,7 @@ std::vector<std::string> defaulted_fields(const fb::Recipe& in) {
     note(strand && strand->length_damping().has_value(), "strand.length_damping");
     note(strand && (strand->wind_response().has_value() || strand->wind_response_ramp()),
          "strand.wind_response");
+    note(strand && strand->sag_free().has_value(), "strand.sag_free");
     note(in.colliders().has_value(), "colliders");
     note(in.push_out().has_value(), "push_out");
     note(in.quantise() != nullptr, "quantise");
@@ -209,7 +213,8 @@ Result<Recipe> parse_recipe(const std::string& text, const std::string& name,
     if (in.attach()) out.attach = same_word<Attach>(*in.attach());
     if (auto ok = read_material(json, "material", in.material(), out.material); !ok)
         return ok.error();
-    if (auto ok = read_strand(json, "strand", in.strand(), out.strand); !ok) return ok.error();
+    if (auto ok = read_strand(json, "strand", in.strand(), out.strand, out.sag_free); !ok)
+        return ok.error();
     if (auto ok = read_groups(json, in, out); !ok) return ok.error();
     if (in.colliders()) out.colliders = same_word<ColliderMethod>(*in.colliders());
     if (in.push_out()) out.push_out = *in.push_out();

@@ -33,6 +33,7 @@ struct GroupRecipe {
     std::string name;
     Material material;  // already filled with the recipe's own where not given
     StrandParameters strand;
+    bool sag_free = false;
 };
 
 struct Recipe {
@@ -54,6 +55,7 @@ struct Recipe {
     Attach attach = Attach::bone;
     Material material;
     StrandParameters strand;
+    bool sag_free = false;  // rest shapes with which the groomed pose bears its weight
     std::vector<GroupRecipe> groups;
     ColliderMethod colliders = ColliderMethod::none;
     bool push_out = false;

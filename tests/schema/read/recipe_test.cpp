@@ -34,7 +34,7 @@ TEST_CASE("a recipe with nothing but curves takes every default and says so") {
     CHECK(recipe->strand == StrandParameters{});
     CHECK(recipe->material == Material{});
     CHECK(std::count(recipe->defaulted.begin(), recipe->defaulted.end(), "guides.fraction") == 1);
-    CHECK(recipe->defaulted.size() == 25);
+    CHECK(recipe->defaulted.size() == 26);
 }
 
 TEST_CASE("every field of a recipe is read") {
@@ -53,8 +53,10 @@ TEST_CASE("every field of a recipe is read") {
       "material": { "radii": [3e-5, 5e-5], "density": 1320, "youngs_modulus": 3e9,
                     "poisson_ratio": 0.36, "viscosity": 7 },
       "strand": { "damping_ramp": [0, 0.5, 1], "friction": 0.2, "volume": 3, "iterations": 6,
-                  "global_length": 0.2, "length_damping": 0.8, "wind_response": 2 },
-      "groups": [ { "name": "top", "strand": { "damping": 0.7 }, "material": { "radius": 1e-4 } } ],
+                  "global_length": 0.2, "length_damping": 0.8, "wind_response": 2,
+                  "sag_free": true },
+      "groups": [ { "name": "top", "strand": { "damping": 0.7 }, "material": { "radius": 1e-4 } },
+                  { "name": "tail", "strand": { "sag_free": false } } ],
       "colliders": "fit", "push_out": true })";
     auto recipe = parse_recipe(text, "grooms/x/groom.json", "grooms/x");
     INFO((recipe ? "" : to_string(recipe.error())));
@@ -86,11 +88,14 @@ TEST_CASE("every field of a recipe is read") {
     CHECK(recipe->material == Material{3e-5f, 5e-5f, 1320, 3e9f, 0.36f, 7});
     StrandParameters strand{{0, 0.5f, 1}, {0.2f}, {3}, 6, 0.2f, 0.8f, {2}};
     CHECK(recipe->strand == strand);
-    REQUIRE(recipe->groups.size() == 1);
+    CHECK(recipe->sag_free);
+    REQUIRE(recipe->groups.size() == 2);
     strand.damping = {0.7f};
     CHECK(recipe->groups[0].strand == strand);
     CHECK(recipe->groups[0].material.radius == 1e-4f);
     CHECK(recipe->groups[0].material.density == 1320);
+    CHECK(recipe->groups[0].sag_free);
+    CHECK_FALSE(recipe->groups[1].sag_free);
     CHECK(recipe->colliders == ColliderMethod::fit);
     CHECK(recipe->push_out);
     CHECK(recipe->defaulted.empty());
