@@ -20,6 +20,7 @@
 #include "bake/stage/rest.h"
 #include "bake/stage/root_end.h"
 #include "bake/stage/roots.h"
+#include "bake/stage/sag_free.h"
 #include "bake/stage/size.h"
 #include "bake/stage/weights.h"
 #include "bake/write.h"
@@ -35,6 +36,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
@@ -431,6 +433,12 @@ Result<Baked> bake(const Options& options) {
     const AssetOrder order = order_asset(groom, *guides);
     stages.begin("rest");
     store_strands(groom, roots, *carriers, order, blends, out.info.groups, out.arrays);
+    stages.begin("sag-free");
+    const auto sag_free = sag_free_groups(out.info.groups, *recipe);
+    if (std::ranges::count(sag_free, 1) > 0) {
+        out.report.sag_free = make_sag_free(out.info.groups, sag_free, out.arrays, findings);
+    }
+    stages.begin("mesh");
     store_mesh(mesh, roots, *recipe, out.info, out.arrays);
     if (auto ok =
             quantise_positions(groom, order, *recipe, out.info, out.arrays, out.report);

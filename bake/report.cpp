@@ -172,6 +172,14 @@ std::string report_text(const BakeReport& report, std::span<const Finding> findi
         line("guides by " + report.reconstruction->method +
              ", reconstruction error: " + millimetres(report.reconstruction->error));
     }
+    if (const auto& sag = report.sag_free) {
+        line(format("sag-free: %llu guides, %llu too soft; force left over weight: p95 %.2g, max %.2g; "
+                    "settle off the groom: ",
+                    static_cast<unsigned long long>(sag->guides),
+                    static_cast<unsigned long long>(sag->too_soft), sag->residual.p95,
+                    sag->residual.max) +
+             millimetres(sag->settles));
+    }
     if (const auto& quantised = report.quantised) {
         line("positions in 16 bits: " + std::to_string(quantised->bytes) + " bytes instead of " +
              std::to_string(quantised->bytes_before) + "; error " +
@@ -238,6 +246,19 @@ std::string report_json(const BakeReport& report, std::span<const Finding> findi
     if (report.reconstruction) {
         out["reconstruction"] = {{"method", report.reconstruction->method},
                                  {"error", to_json(report.reconstruction->error)}};
+    }
+    if (const auto& sag = report.sag_free) {
+        out["sag_free"] = {{"guides", sag->guides},
+                           {"too_soft", sag->too_soft},
+                           {"residual", to_json(sag->residual)},
+                           {"settles", to_json(sag->settles)}};
+        Json& each = out["sag_free"]["each"] = Json::array();
+        for (const BakeReport::SagFree::Guide& guide : sag->each) {
+            each.push_back({{"strand", guide.strand},
+                            {"held", guide.held},
+                            {"residual", guide.residual},
+                            {"settles", guide.settles}});
+        }
     }
     if (const auto& quantised = report.quantised) {
         out["quantised"] = {{"bytes", quantised->bytes},

@@ -1,6 +1,7 @@
 """Baking and diffing: what a build pipeline relies on."""
 
 import json
+import math
 import os
 import random
 import re
@@ -198,6 +199,74 @@ def _(work):
 def _(work):
     bake(work, "data/ponytail/head.json", "grid")
     return checked(work, "grid")["distance_grid"]["max_error"]
+
+
+# Sag-free.
+
+def sag_run(work, sag_free, collision):
+    """Report of the ponytail head's bake, and the distances (m) of the guides' tips from the groom after 3 s at rest, ascending."""
+    def measure():
+        source = (work.root / "data/ponytail/head.json").read_text()
+        recipe = json.loads("\n".join(line.split("//")[0] for line in source.splitlines()))
+        for named in [*recipe["curves"], recipe["mesh"]]:
+            named["file"] = data(work, "x/" + named["file"])
+        recipe["strand"]["sag_free"] = sag_free
+        name = "sag_free" if sag_free else "sags"
+        report = work.once(name, lambda: bake(work, recipe, name))
+        scene = {"duration": 3, "assets": [{"file": f"{name}.kera"}], "settings": {"collision": collision}}
+        at = f"{name}_{collision}"
+        work.run(f"keratin-run {work.write(at + '.json', json.dumps(scene))} --points {work.path(at + '.csv')} --every 180 --quiet")
+        tips = {}
+        for line in (work.folder / f"{at}.csv").read_text().splitlines()[1:]:
+            frame, _, strand, _, x, y, z = line.split(",")
+            tips.setdefault(int(frame), {})[int(strand)] = (float(x), float(y), float(z))
+        return report, sorted(math.dist(tips[0][s], tips[180][s]) for s in tips[0])
+    return work.once(f"sag {sag_free} {collision}", measure)
+
+
+def mean(values):
+    return sum(values) / len(values)
+
+
+@demand("sag-free: nine in ten of the ponytail head's guides can be held, the others are named", at_least(0.9))
+def _(work):
+    report = sag_run(work, True, False)[0]
+    named = [f["strand_count"] for f in report["findings"] if f["code"] == "KB025"]
+    if named != [report["sag_free"]["too_soft"]]:
+        raise RuntimeError(f"{named} are named of {report['sag_free']['too_soft']}")
+    return 1 - report["sag_free"]["too_soft"] / report["sag_free"]["guides"]
+
+
+@demand("sag-free: unbalanced force over weight of those that can be held", at_most(1e-6))
+def _(work):
+    return max(g["residual"] for g in sag_run(work, True, False)[0]["sag_free"]["each"] if g["held"])
+
+
+@demand("sag-free: tips that can be held stay where they were groomed for 3 s, without colliders", at_most(0.5e-3, "m"))
+def _(work):
+    report, tips = sag_run(work, True, False)
+    return tips[report["sag_free"]["guides"] - report["sag_free"]["too_soft"] - 1]
+
+
+@demand("sag-free: 95 of 100 tips stay where they were groomed for 3 s, with colliders", at_most(0.1e-3, "m"))
+def _(work):
+    tips = sag_run(work, True, True)[1]
+    return tips[(len(tips) - 1) * 95 // 100]
+
+
+for collision, where in ((False, "without colliders"), (True, "with colliders")):
+    @demand(f"sag-free: mean distance of all tips from the groom against without, {where}", at_most(0.15))
+    def _(work, collision=collision):
+        return mean(sag_run(work, True, collision)[1]) / mean(sag_run(work, False, collision)[1])
+
+
+@demand("sag-free: how far guides settle is as the report says (mean, over the measured)", at_most(0.1))
+def _(work):
+    report, tips = sag_run(work, True, False)
+    return abs(report["sag_free"]["settles"]["mean"] / mean(tips) - 1)
+
+
+tested("sag-free: level strands, curls, heads of hair at any step; soft and toppling ones are named; same bytes for any threads", "^sag_free: ", 11)
 
 
 # Builds.
