@@ -267,8 +267,10 @@ struct Shake {
 constexpr Shake kLearn{1.4, 0.9, 0.25}, kJudge{1.0, 1.3, 0};
 
 // Shakes the whole groom, every strand simulated, in the frame of the head, for 1 s (10 cm at 1 Hz).
+//   sag_free  [groups]  whose rest shapes are to be made so
 Result<GroomMotion> shake(const Groom& groom, std::span<const GroupInfo> groups,
-                          const Shake& motion, int threads) {
+                          std::span<const std::uint8_t> sag_free, const Shake& motion,
+                          int threads) {
     constexpr double kFrame = 1.0 / 60, kSwing = 3.9;
     constexpr int kFrames = 60, kKeptEvery = 10;
     std::vector<std::uint32_t> all(groom.strand_count());
@@ -278,6 +280,9 @@ Result<GroomMotion> shake(const Groom& groom, std::span<const GroupInfo> groups,
     for (std::uint32_t s : all) blends[s].guide.fill(s);
     AssetArrays arrays;
     store_strands(groom, {}, {}, order, blends, groups, arrays);
+    // Strands that cannot be held are named once, as guides.
+    Findings unnamed;
+    make_sag_free(groups, sag_free, arrays, unnamed);
     AssetInfo info;
     info.groups.assign(groups.begin(), groups.end());
     BakeReport counts;
@@ -401,11 +406,12 @@ Result<Baked> bake(const Options& options) {
         carry_roots(groom, inputs->skins, mesh, roots, *recipe, curve_counts, findings);
     if (!carriers) return carriers.error();
     out.info.groups = group_settings(groom, *recipe, findings);
+    const auto sag_free = sag_free_groups(out.info.groups, *recipe);
     stages.begin("motion");
     std::optional<GroomMotion> motion;
     if (recipe->guide_method == GuideMethod::motion) {
         if (auto ok = measures_guides(groom, *recipe); !ok) return ok.error();
-        auto shaken = shake(groom, out.info.groups, kLearn, options.threads);
+        auto shaken = shake(groom, out.info.groups, sag_free, kLearn, options.threads);
         if (!shaken) return shaken.error();
         motion = *std::move(shaken);
     }
@@ -422,7 +428,7 @@ Result<Baked> bake(const Options& options) {
     const auto measure = measures_guides(groom, *recipe);
     if (!measure) return measure.error();
     if (*measure) {
-        const auto shaken = shake(groom, out.info.groups, kJudge, options.threads);
+        const auto shaken = shake(groom, out.info.groups, sag_free, kJudge, options.threads);
         if (!shaken) return shaken.error();
         const Spread error = reconstruction_error(groom, *shaken, blends);
         out.report.reconstruction = {method_name(recipe->guide_method), error};
@@ -434,7 +440,6 @@ Result<Baked> bake(const Options& options) {
     stages.begin("rest");
     store_strands(groom, roots, *carriers, order, blends, out.info.groups, out.arrays);
     stages.begin("sag-free");
-    const auto sag_free = sag_free_groups(out.info.groups, *recipe);
     if (std::ranges::count(sag_free, 1) > 0) {
         out.report.sag_free = make_sag_free(out.info.groups, sag_free, out.arrays, findings);
     }
