@@ -22,6 +22,8 @@ namespace keratin {
 struct RunLayout {
     CacheHead head;                          // strands, assets; outputs copy it
     std::vector<measure::Point> rest;        // [simulated points] m
+    std::vector<measure::Point> unloaded;    // [simulated points] m, shape without elastic energy,
+                                             // first segment as at rest; empty: rest
     std::vector<double> mass;                // [simulated points] kg
     std::vector<double> stretch_stiffness;   // [simulated strands] N, EA
     std::vector<double> bend_stiffness;      // [simulated strands] N m^2, EI

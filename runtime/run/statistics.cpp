@@ -228,6 +228,8 @@ void Statistics::add_frame(double time, const RunState& state) {
     const RunLayout& layout = *layout_;
     const measure::Strands strands{layout.head.guide_first_point, state.position};
     const measure::Strands rest{layout.head.guide_first_point, layout.rest};
+    const measure::Strands unloaded{layout.head.guide_first_point,
+                                    layout.unloaded.empty() ? layout.rest : layout.unloaded};
     const measure::Strands rigid{layout.head.guide_first_point, state.rigid};
     finite_ = finite_ && std::all_of(state.position.begin(), state.position.end(), is_finite) &&
               std::all_of(state.strand_position.begin(), state.strand_position.end(),
@@ -268,7 +270,7 @@ void Statistics::add_frame(double time, const RunState& state) {
     const double elastic =
         state.elastic ? *state.elastic
                       : measure::stretch_energy(strands, rest, layout.stretch_stiffness) +
-                            measure::bend_energy(strands, rest, state.root, layout.bend_stiffness);
+                            measure::bend_energy(strands, unloaded, state.root, layout.bend_stiffness);
     energy_.push_back(
         {{"time", time},
          {"kinetic", measure::kinetic_energy(layout.mass, state.velocity)},

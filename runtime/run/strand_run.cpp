@@ -3,6 +3,7 @@
 #include "runtime/run/motion.h"
 #include "runtime/run/solver_run.h"
 #include "runtime/simulation.h"
+#include "schema/formula/frame.h"
 #include "tools/measure/energy.h"
 
 #include <nlohmann/json.hpp>
@@ -113,6 +114,27 @@ Point guide_point(std::span<const float> position, const AssetFields& fields, st
     const std::size_t row = fields.tile_first_row[lane / kTileLanes] + p, l = lane % kTileLanes;
     return {position[vector_index(row, 3, 0, l)], position[vector_index(row, 3, 1, l)],
             position[vector_index(row, 3, 2, l)]};
+}
+
+// Adds the points of the guide's unloaded shape, the first segment as at rest: the rest edges, each in
+// the frame of the one before (METHODS 1.4).
+void add_unloaded(const AssetFields& fields, std::uint32_t lane, std::vector<Point>& out) {
+    const auto vector = [&](std::span<const float> field, std::uint32_t p) {
+        const Point v = guide_point(field, fields, lane, p);
+        return Vec3<double>(v.x, v.y, v.z);
+    };
+    Vec3<double> x = vector(fields.guide_position, 0);
+    Vec3<double> t = normalize_or(vector(fields.guide_position, 1) - x, Vec3<double>(0, 1, 0));
+    Vec3<double> u = orthonormal_director(t, vector(fields.guide_shape, 0));
+    out.push_back({x.x, x.y, x.z});
+    for (std::uint32_t p = 1; p < fields.guide_point_count[lane]; ++p) {
+        const Vec3<double> c = vector(fields.guide_shape, p), e = from_frame(t, u, c);
+        x += e;
+        out.push_back({x.x, x.y, x.z});
+        const Vec3<double> next = normalize_or(e, t);
+        u = transport_director(t, next, u);
+        t = next;
+    }
 }
 
 Result<std::vector<const Motion*>> match_bones(const SceneAsset& scene, const AssetInfo& info) {
@@ -297,6 +319,7 @@ void StrandRun::add_to_layout(Body& body) {
         const double area = std::numbers::pi * r1 * r2;
         for (std::uint32_t p = 0; p < body.guide_points(g); ++p)
             layout_.rest.push_back(guide_point(fields.guide_position, fields, lane, p));
+        add_unloaded(fields, lane, layout_.unloaded);
         head.guide_lane.push_back(lane);
         head.guide_first_point.push_back(static_cast<std::uint32_t>(layout_.rest.size()));
         layout_.stretch_stiffness.push_back(group.material.youngs_modulus * area);

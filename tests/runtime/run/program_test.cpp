@@ -9,9 +9,11 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <sstream>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -114,6 +116,29 @@ TEST_CASE("the figures of a run follow their schema and say what happened") {
     CHECK(stats["final"][0][0][0].get<double>() == Approx(0.1));
     CHECK(stats["final_velocity"][4].size() == 4);
     CHECK(stats["plan"][0]["passes"].size() > 3);
+}
+
+TEST_CASE("the elastic energy of a run is that of the bend from the rest edges, not from the groom") {
+    const Folder folder;
+    auto asset = test::small_asset();
+    const double segment = double(asset.guide_length[scalar_index(1, 0)]), angle = 0.3;
+    for (std::uint32_t lane = 0; lane < kTileLanes; ++lane)
+        for (std::uint32_t p = 1; p < asset.guide_point_count[0]; ++p) {
+            const double turn = p > 1 ? angle : 0;
+            const double edge[] = {segment * std::cos(turn), segment * std::sin(turn), 0};
+            for (std::size_t k = 0; k < 3; ++k)
+                asset.guide_shape[vector_index(p, 3, k, lane)] = static_cast<float>(edge[k]);
+        }
+    const auto bytes = serialise_asset(asset.info, asset.fields(), "bent.kera");
+    REQUIRE(bytes);
+    REQUIRE(write_file(folder.file("bent.kera"), *bytes));
+    const json stats = folder.stats("bent.kera --frames 1");
+    const Material& m = asset.info.groups[0].material;
+    const double stiffness =
+        double(m.youngs_modulus) * std::numbers::pi * std::pow(double(m.radius), 4) / 4;
+    // Five guides of two joints.
+    CHECK(stats["energy"][0]["elastic"].get<double>() ==
+          Approx(5 * 2 * stiffness * (1 - std::cos(angle)) / segment).epsilon(1e-5));
 }
 
 TEST_CASE("with --json there is one document on stdout and nothing else") {
