@@ -537,6 +537,11 @@ std::string explain(const Baked& baked) {
                                       : "\"guides\": { \"measure\": true } asks for it; up to " +
                                             std::to_string(kMostMeasured) +
                                             " strands of 3 to 32 points are measured anyway");
+    stage("sag-free rest shapes", baked.report.sag_free.has_value(),
+          baked.report.sag_free
+              ? std::to_string(baked.report.sag_free->guides) + " guides, of which " +
+                    std::to_string(baked.report.sag_free->too_soft) + " are too soft"
+              : "\"strand\": { \"sag_free\": true } asks for them");
     stage("quantise", baked.info.packed,
           baked.info.packed ? "\"quantise\" is written" : "\"quantise\" is not written");
     out += "levels of detail\n";

@@ -18,8 +18,7 @@ using Block = Eigen::Matrix2d;
 
 V across(const V& v, const V& t) { return v - t * dot(v, t); }
 
-// What segment m feels of the moments at its ends and of gravity, -dE/dt, in one direction along t
-// undetermined.
+// Between the segments m and m + 1.
 struct Joint {
     V target;    // g_m
     V reaction;  // (dg_m/dt_m)^T t_{m+1}

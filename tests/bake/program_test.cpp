@@ -124,6 +124,12 @@ TEST_CASE("the ponytail head is baked whole") {
                                    : type == value.type_name()));
     }
     CHECK(report["reconstruction"]["error"]["p95"].get<double>() > 0);
+    CHECK(report["sag_free"]["guides"] == asset.info().guide_count);
+    CHECK(report["sag_free"]["each"].size() == asset.info().guide_count);
+    const std::uint64_t soft = report["sag_free"]["too_soft"];
+    CHECK(soft < 30);
+    for (const auto& finding : report["findings"])
+        if (finding["code"] == "KB025") CHECK(finding["strand_count"] == soft);
     CHECK(report["sources"][0]["root_end"] == "first");
     // Height of the head, 0.247 m, as FORMATS' scale gives it.
     CHECK(report["body_size"][1].get<double>() == Approx(0.247).margin(0.001));
