@@ -9,15 +9,16 @@ namespace keratin {
 #endif
 #include "schema/formula/dual.h"
 
-// The way out of a depth below the tangent plane of unit normal n: across the segment of direction
-// t and length l, so that putting the point back at its distance from the parent undoes next to
-// nothing of it; straight along n where the segment points into the surface or the way is not short
-// against it.
+// The way out of a depth below the tangent plane of unit normal n for a point at the end of a segment
+// of unit direction t and length l: the segment turns about its other end, in the plane of t and n,
+// until the point lies in the tangent plane. Straight along n where the way is not short against the
+// segment: the plane is no measure of a surface so far off.
 KERATIN_FORMULA Real3 way_out(Real3 t, Real l, Real3 n, Real depth) {
-    Real3 across = n - t * dot(n, t);
-    Real square = dot(across, across);
-    Bool turns = depth < select(Real(0.0625) < square, l * Real(0.25), Real(0));
-    return select(turns, across, n) * (depth / select(turns, square, Real(1)));
+    Real sunk = dot(t, n);
+    Real wanted = min(sunk + depth / max(l, Real(1e-9)), Real(1));
+    Real3 side = normalize_or(t - n * sunk, any_perpendicular(n));
+    Real3 turned = n * wanted + side * sqrt(max(Real(0), Real(1) - wanted * wanted));
+    return select(depth < l * Real(0.25), (turned - t) * l, n * depth);
 }
 
 // Friction of a point pushed out by `depth` along the unit normal n: its displacement u relative to

@@ -27,6 +27,41 @@ struct Near {
     const ColliderPose& pose(std::uint32_t k) const { return poses[index[k]]; }
 };
 
+// The last resort for points in folds, where the way out of one side leads into the other: their
+// segments lean over towards the surface's normal at the parent until they are free.
+template <class Pack, class Mask>
+[[gnu::noinline]] void lift_out(const Part<Pack> b, const Near& near, std::size_t i,
+                                const Vec3<Pack>& parent, const Pack& l, Mask deep, Vec3<Pack>& x,
+                                Vec3<Pack>& t) {
+    const Pack zero(0.0f);
+    const auto depth_at = [&](const Vec3<Pack>& at, std::size_t row, Vec3<Pack>& way) {
+        Pack deepest(-1e9f);
+        for (std::uint32_t k = 0; k < near.count; ++k)
+            with_shape(near.shape(k).kind, [&]<ShapeKind kind>() {
+                Vec3<Pack> normal;
+                const Pack distance = own_distance<kind>(
+                    near.shape(k), times(near.pose(k).to_own, at - splat<Pack>(near.pose(k).place)),
+                    normal);
+                const Pack depth = kept_distance<kind>(near.shape(k), b, row) - distance;
+                way = select(deepest < depth, transposed_times(near.pose(k).to_own, normal), way);
+                deepest = max(deepest, depth);
+            });
+        return deepest;
+    };
+    Vec3<Pack> up = t, ignored = t;
+    depth_at(parent, i - 1, up);
+    for (const float lean : {0.25f, 0.5f, 0.75f, 1.0f}) {
+        const Vec3<Pack> way = normalize_or(t * Pack(1 - lean) + up * Pack(lean), up);
+        const Vec3<Pack> at = parent + way * l;
+        const Pack depth = depth_at(at, i, ignored);
+        const auto free = deep & (depth < Pack(kDeepEnough));
+        x = select(free, at, x);
+        t = select(free, way, t);
+        deep = deep & (Pack(kDeepEnough) < depth);
+        if (!any(deep)) return;
+    }
+}
+
 // Contact of the points of a row: x is moved out, t its direction from the parent. Only lanes that
 // are inside change, or results would depend on who their neighbours in the pack are. Returns the
 // part of the move that is no matter of length.
@@ -84,6 +119,7 @@ template <bool exact, class Pack>
         deep = zero < hit;
         put_back(deep);
     }
+    if (any(deep)) lift_out(b, near, i, parent, l, deep, x, t);
     return shift;
 }
 
@@ -129,6 +165,17 @@ void settle(const Part<Pack> b, const QuadClass& group, const Near& near) {
             x = select(l < Pack(1e-9f), parent, x);
         }
         if constexpr (collide) {
+            for (std::uint32_t k = 0; k < near.count; ++k) {
+                if (near.shape(k).kind != ShapeKind::grid) continue;
+                const Pack3 free = x;
+                Pack stopped;
+                if (!stop_at_grid(near.shape(k), near.pose(k), b, i, x, stopped)) continue;
+                before = before + (x - free);
+                if constexpr (exact) {
+                    t = select(zero < stopped, normalize_or(x - parent, t), t);
+                    x = select(zero < stopped, parent + t * l, x);
+                }
+            }
             for (std::uint32_t k = 0; k < near.count; ++k) {
                 bool reached = false;
                 with_shape(near.shape(k).kind, [&]<ShapeKind kind>() {

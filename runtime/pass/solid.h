@@ -4,6 +4,9 @@
 #include "runtime/pass/work.h"
 #include "runtime/shape/distance.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace keratin::KERATIN_ISA {
 
 // Trilinear distance and its gradient at one point of the grid's space; no contact outside.
@@ -126,6 +129,77 @@ KERATIN_ALWAYS_INLINE Pack depth_in(const ColliderShapeData& s, const ColliderPo
     if (!any(Pack(0.0f) < depth)) return depth;
     if constexpr (kind != ShapeKind::capsule) normal = transposed_times(pose.to_own, normal);
     return kept_distance<kind>(s, b, row) - distance;
+}
+
+// Where points that moved by more than half a cell of a distance grid since the small step's start
+// end if they meet its surface on the way: past the first contact they go on along the surface.
+// From the far side of a sheet the gradient leads out on the far side, and a point beyond it is not
+// inside at all. Returns whether any point was stopped; `stopped` is 1 for those and 0 for others,
+// which stay as they are.
+template <class Pack>
+KERATIN_ALWAYS_INLINE bool stop_at_grid(const ColliderShapeData& s, const ColliderPose& pose,
+                                        const Part<Pack> b, std::size_t row, Vec3<Pack>& x,
+                                        Pack& stopped) {
+    // The start, carried with the surface to now.
+    const Vec3<Pack> from =
+        transposed_times(pose.from_now, b.x_previous(row) - splat<Pack>(pose.from_place));
+    const Vec3<Pack> way = x - from;
+    const Pack square = dot(way, way);
+    const float unnoticed = 0.5f * s.grid.spacing, resting = 0.1f * s.grid.spacing;
+    if (!any(Pack(unnoticed * unnoticed) < square)) return false;
+    constexpr int kLanes = Pack::kLanes;
+    constexpr float kMostSamples = 64;
+    float start[3][kLanes], end[3][kLanes], far[kLanes], kept[kLanes], hit[kLanes] = {};
+    const auto spread = [](const Vec3<Pack>& v, float(&out)[3][kLanes]) {
+        store(v.x, out[0], 16);
+        store(v.y, out[1], 16);
+        store(v.z, out[2], 16);
+    };
+    spread(times(pose.to_own, from - splat<Pack>(pose.place)), start);
+    spread(times(pose.to_own, x - splat<Pack>(pose.place)), end);
+    store(sqrt(square), far, 16);
+    store(kept_distance<ShapeKind::grid>(s, b, row), kept, 16);
+    for (int l = 0; l < kLanes; ++l) {
+        if (!(far[l] > unnoticed)) continue;
+        const float samples =
+            std::min(std::ceil(2 * far[l] * s.grid.inverse_spacing), kMostSamples);
+        const auto depth_at = [&](float share, float q[3], float normal[3]) {
+            for (int c = 0; c < 3; ++c) q[c] = start[c][l] + (end[c][l] - start[c][l]) * share;
+            return kept[l] - node_distance(s.grid, q, normal);
+        };
+        float q[3], normal[3], outside = 0;
+        // Where rounding leaves points that lie on the surface it holds them; what starts deeper is
+        // left to the push out.
+        float lift = depth_at(0, q, normal);
+        if (lift > resting) continue;
+        bool meets = lift > 0;
+        for (float k = 1; k <= samples && !meets; k += 1) {
+            float inside = k / samples;
+            meets = depth_at(inside, q, normal) > 0;
+            if (!meets) {
+                outside = inside;
+                continue;
+            }
+            // The normal belongs to where the point came in: it may be past the middle by now.
+            for (int halving = 0; halving < 4; ++halving) {
+                const float middle = 0.5f * (outside + inside);
+                (depth_at(middle, q, normal) > 0 ? inside : outside) = middle;
+            }
+            lift = depth_at(inside, q, normal);
+        }
+        if (!meets) continue;
+        float deeper = -lift;
+        for (int c = 0; c < 3; ++c) deeper += (end[c][l] - q[c]) * normal[c];
+        if (deeper >= 0) continue;
+        for (int c = 0; c < 3; ++c) end[c][l] -= deeper * normal[c];
+        hit[l] = 1;
+    }
+    stopped = load<Pack>(hit, 16);
+    const auto hits = Pack(0.0f) < stopped;
+    if (!any(hits)) return false;
+    const Vec3<Pack> own(load<Pack>(end[0], 16), load<Pack>(end[1], 16), load<Pack>(end[2], 16));
+    x = select(hits, transposed_times(pose.to_own, own) + splat<Pack>(pose.place), x);
+    return true;
 }
 
 // Calls body.operator()<kind>() for the collider's shape.
