@@ -1,10 +1,10 @@
 #include "bake/stage/colliders.h"
 
 #include "bake/stage/mesh_tree.h"
-#include "bake/stage/point_tree.h"
 #include "bake/stage/random.h"
 
 #include <Eigen/Geometry>
+#include <nanoflann.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -39,6 +39,35 @@ struct Sample {
     Vec3 position, normal;
     std::uint32_t triangle;
     double weight;  // how much hair can come here
+};
+
+class PointTree {
+  public:
+    explicit PointTree(const std::vector<Vec3>& points)
+        : cloud_{points}, tree_(3, cloud_, nanoflann::KDTreeSingleIndexAdaptorParams(10)) {}
+    std::uint32_t nearest(const Vec3& p) const {
+        std::uint32_t index = 0;
+        double squared = 0;
+        tree_.knnSearch(p.data(), 1, &index, &squared);
+        return index;
+    }
+
+  private:
+    struct Cloud {
+        const std::vector<Vec3>& points;
+        std::size_t kdtree_get_point_count() const { return points.size(); }
+        double kdtree_get_pt(std::size_t i, std::size_t k) const {
+            return points[i][static_cast<int>(k)];
+        }
+        template <class Box>
+        bool kdtree_get_bbox(Box&) const {
+            return false;
+        }
+    };
+    Cloud cloud_;
+    nanoflann::KDTreeSingleIndexAdaptor<
+        nanoflann::L2_Simple_Adaptor<double, Cloud, double, std::uint32_t>, Cloud, 3, std::uint32_t>
+        tree_;
 };
 
 // Samples spread over the triangles in proportion to their area; within a triangle by the R2

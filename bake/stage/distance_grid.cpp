@@ -1,22 +1,20 @@
 #include "bake/stage/distance_grid.h"
 
 #include "bake/stage/mesh_tree.h"
-#include "bake/stage/point_tree.h"
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
-#include <optional>
 #include <string>
-#include <utility>
 
 namespace keratin {
 namespace {
 
 constexpr double kDefaultCells = 128;  // along the longest side of the reachable body
+// Bricks whose middle is farther from the surface than this many half diagonals do not meet it.
+constexpr double kDeep = 1.25;
 constexpr std::uint32_t kMostBricks = 1u << 24;
 constexpr std::uint32_t kNodesPerSide = kBrickCells + 1;
 static_assert(kNodesPerSide * kNodesPerSide * kNodesPerSide == kBrickNodes);
@@ -91,79 +89,9 @@ std::vector<std::uint8_t> reachable_bricks(const Lattice& lattice, const Groom& 
     return out;
 }
 
-// Adds the bricks outside, far from the mesh, that a brick next to them enters the solid through a
-// hole. `middle` holds the signed distances of all bricks that can be reached and 0 for others.
-void store_about_holes(const Lattice& lattice, const std::vector<double>& middle,
-                       std::vector<std::uint8_t>& needed) {
-    const auto [nx, ny, nz] = lattice.bricks;
-    const auto around = [](std::uint32_t at, std::uint32_t count) {
-        return std::pair(at > 0 ? at - 1 : 0, std::min(at + 2, count));
-    };
-    for (std::uint32_t z = 0, b = 0; z < nz; ++z)
-        for (std::uint32_t y = 0; y < ny; ++y)
-            for (std::uint32_t x = 0; x < nx; ++x, ++b) {
-                if (!(middle[b] > 0) || needed[b]) continue;
-                const auto [x0, x1] = around(x, nx);
-                const auto [y0, y1] = around(y, ny);
-                const auto [z0, z1] = around(z, nz);
-                for (std::uint32_t k = z0; k < z1; ++k)
-                    for (std::uint32_t j = y0; j < y1; ++j)
-                        for (std::uint32_t i = x0; i < x1; ++i)
-                            needed[b] |= middle[(k * ny + j) * nx + i] < 0;
-            }
-}
-
-// What the nodes sample: the signed distance to the mesh, or to the surface that closes it where
-// that is nearer. Holes in a mesh are closed where the winding number passes one half; without that
-// surface the distance would jump there from outside to inside, and hair that came through a hole
-// would find no way back.
-class Solid {
-  public:
-    Solid(const MeshTree& mesh, const std::vector<Vec3>& closing) : mesh_(&mesh) {
-        if (!closing.empty()) closing_.emplace(closing);
-        points_ = &closing;
-    }
-    double to_closing(const Vec3& at) const {
-        return closing_ ? ((*points_)[closing_->nearest(at)] - at).norm()
-                        : std::numeric_limits<double>::infinity();
-    }
-    double signed_distance(const Vec3& at) const {
-        const double to_mesh = mesh_->signed_distance(at);
-        return std::copysign(std::min(std::abs(to_mesh), to_closing(at)), to_mesh);
-    }
-
-  private:
-    const MeshTree* mesh_;
-    const std::vector<Vec3>* points_;
-    std::optional<PointTree> closing_;
-};
-
-// Where the edges of a brick's cells pass from inside to outside without crossing the mesh: the
-// distances to the mesh at the ends of an edge that crosses it add up to no more than its length.
-void find_closing(const Lattice& lattice, std::size_t brick, const float* nodes,
-                  const MeshTree& tree, std::vector<Vec3>& out) {
-    constexpr int kHalvings = 8;
-    constexpr double kRounding = 1.0001;
-    const std::uint32_t stride[3] = {1, kNodesPerSide, kNodesPerSide * kNodesPerSide};
-    for (std::uint32_t n = 0; n < kBrickNodes; ++n)
-        for (std::uint32_t axis = 0; axis < 3; ++axis) {
-            if (n / stride[axis] % kNodesPerSide == kBrickCells) continue;
-            const float a = nodes[n], b = nodes[n + stride[axis]];
-            if ((a < 0) == (b < 0)) continue;
-            if (std::abs(a) + std::abs(b) <= lattice.spacing * kRounding) continue;
-            Vec3 in = lattice.node(brick, n), outside = lattice.node(brick, n + stride[axis]);
-            if (b < 0) std::swap(in, outside);
-            for (int i = 0; i < kHalvings; ++i) {
-                const Vec3 middle = 0.5 * (in + outside);
-                (tree.inside(middle) ? in : outside) = middle;
-            }
-            out.push_back(0.5 * (in + outside));
-        }
-}
-
 // Distance errors at the middle of the cells that the surface crosses.
 void measure_cells(const Lattice& lattice, std::size_t brick, const float* nodes,
-                   const Solid& solid, std::vector<double>& errors) {
+                   const MeshTree& tree, std::vector<double>& errors) {
     const double diagonal = std::sqrt(3.0) * lattice.spacing;
     for (std::uint32_t z = 0; z < kBrickCells; ++z)
         for (std::uint32_t y = 0; y < kBrickCells; ++y)
@@ -172,7 +100,7 @@ void measure_cells(const Lattice& lattice, std::size_t brick, const float* nodes
                 const double found = interpolate_brick(nodes, middle);
                 if (std::abs(found) > 0.5 * diagonal) continue;
                 const double exact =
-                    solid.signed_distance(lattice.corner(brick) + lattice.spacing * middle);
+                    tree.signed_distance(lattice.corner(brick) + lattice.spacing * middle);
                 errors.push_back(std::abs(found - exact));
             }
 }
@@ -316,8 +244,6 @@ Result<BakedDistanceGrid> make_distance_grid(const RawMesh& mesh, const Groom& g
         needed[b] = middle[b] < half_diagonal + band;
     }
 
-    store_about_holes(lattice, middle, needed);
-
     std::vector<std::uint32_t> stored;
     out.brick.assign(lattice.brick_count(), kNoBrick);
     for (std::size_t b = 0; b < needed.size(); ++b) {
@@ -326,43 +252,20 @@ Result<BakedDistanceGrid> make_distance_grid(const RawMesh& mesh, const Groom& g
         stored.push_back(static_cast<std::uint32_t>(b));
     }
     out.distance.resize(stored.size() * kBrickNodes);
-    std::vector<std::vector<Vec3>> closing_of(stored.size());
     const auto stored_count = static_cast<std::ptrdiff_t>(stored.size());
 #pragma omp parallel for schedule(dynamic, 16)
     for (std::ptrdiff_t i = 0; i < stored_count; ++i) {
         float* nodes = out.distance.data() + i * kBrickNodes;
-        // The mesh does not cross a brick whose middle is farther from it than its corners.
+        // Deep inside the nearest triangle is the distance: neither the surface nor the skin over
+        // a hole is near a brick whose middle is that much farther from them than its corners.
         const double to_middle = middle[stored[i]];
-        bool crossed = std::abs(to_middle) < half_diagonal * (1 + 1e-9);
-        for (std::uint32_t corner = 0; corner < 8 && !crossed; ++corner)
-            crossed =
-                tree.inside(lattice.node(
-                    stored[i], kBrickCells * ((corner & 1) + kNodesPerSide * (corner >> 1 & 1) +
-                                              kNodesPerSide * kNodesPerSide * (corner >> 2)))) !=
-                (to_middle < 0);
+        const bool crossed = std::abs(to_middle) < kDeep * half_diagonal;
         for (std::uint32_t n = 0; n < kBrickNodes; ++n) {
             const Vec3 node = lattice.node(stored[i], n);
             nodes[n] = static_cast<float>(
                 crossed ? tree.signed_distance(node)
                         : std::copysign(tree.nearest(node).at.distance, to_middle));
         }
-        if (crossed) find_closing(lattice, stored[i], nodes, tree, closing_of[i]);
-    }
-    std::vector<Vec3> closing;
-    for (const auto& some : closing_of) closing.insert(closing.end(), some.begin(), some.end());
-    const Solid solid(tree, closing);
-
-#pragma omp parallel for schedule(dynamic, 16)
-    for (std::ptrdiff_t i = 0; i < stored_count; ++i) {
-        float* nodes = out.distance.data() + i * kBrickNodes;
-        const double farthest = half_diagonal + std::abs(middle[stored[i]]);
-        if (solid.to_closing(lattice.corner(stored[i]) + Vec3::Constant(half)) <
-            half_diagonal + farthest)
-            for (std::uint32_t n = 0; n < kBrickNodes; ++n)
-                nodes[n] = std::copysign(
-                    std::min(std::abs(nodes[n]),
-                             static_cast<float>(solid.to_closing(lattice.node(stored[i], n)))),
-                    nodes[n]);
     }
     Enclose enclose(lattice, out.brick, out.distance);
     for (const auto& c : mesh.triangle)
@@ -371,7 +274,7 @@ Result<BakedDistanceGrid> make_distance_grid(const RawMesh& mesh, const Groom& g
     std::vector<std::vector<double>> cell_errors(stored.size());
 #pragma omp parallel for schedule(dynamic, 16)
     for (std::ptrdiff_t i = 0; i < stored_count; ++i)
-        measure_cells(lattice, stored[i], out.distance.data() + i * kBrickNodes, solid,
+        measure_cells(lattice, stored[i], out.distance.data() + i * kBrickNodes, tree,
                       cell_errors[i]);
 
     std::vector<double> errors;
@@ -391,7 +294,7 @@ Result<BakedDistanceGrid> make_distance_grid(const RawMesh& mesh, const Groom& g
         const Vec3 in_brick = (at - at.array().floor().matrix()) * kBrickCells;
         errors.push_back(std::abs(
             interpolate_brick(out.distance.data() + std::size_t{index} * kBrickNodes, in_brick) -
-            solid.signed_distance(vertex)));
+            tree.signed_distance(vertex)));
     }
     out.measured = {spacing, lattice.brick_count(), stored.size(), spread_of(std::move(errors))};
     for (float& distance : out.distance)

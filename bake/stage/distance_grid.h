@@ -23,9 +23,9 @@ struct BakedDistanceGrid {
 // Covers the part of the mesh that hair can reach (within a strand's length of its root) with
 // bricks of 4^3 cells. A brick is stored when some of it lies within a cell's diagonal of the
 // surface or inside the mesh; elsewhere there is nothing to collide with. Inside and outside are
-// told apart by the winding number, so holes in the mesh (a neck, eyes) do no harm: they are closed
-// by a surface of their own, which hair keeps off as it does off the mesh. Distances are exact at
-// the nodes, but lowered where the linear interpolation would leave the mesh standing out (rims,
+// told apart by the winding number, so holes in the mesh (a neck, eyes) do no harm: over them
+// a skin where that number is one half closes the mesh, and hair keeps off it too. Distances are
+// MeshTree's at the nodes, but lowered where the linear interpolation would leave the mesh standing out (rims,
 // sheets thinner than a cell). Its error is measured at the mesh's vertices and at the middle of
 // every stored cell that the surface crosses. With recipe.distance_grid_margin the stored distances
 // are smaller by it, so that hair keeps off the mesh by more than the grid's error.

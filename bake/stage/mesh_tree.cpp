@@ -29,6 +29,12 @@ using Tree = Eigen::KdBVH<double, 3, Corners>;
 constexpr double kTieScale = 1e-12;
 // Triangles of a leaf of the winding tree, summed one by one.
 constexpr std::size_t kLeafTriangles = 4;
+// The skin over a hole is not near where the winding number is nearer than this share of a half to
+// that of a closed mesh, 0 or 1.
+constexpr double kSkinNear = 0.95;
+// Where it may be, within this margin, its place matters and not only the side: clusters count as
+// dipoles from six times as far.
+constexpr double kSkinMargin = 1.2, kSkinFar = 36;
 // A cluster counts as a dipole from this many of its radii away (Barill et al. 2018).
 constexpr double kFarRadii = 2;
 
@@ -86,7 +92,9 @@ struct MeshTree::State {
     std::vector<Cluster> clusters;
 
     void build_cluster(std::size_t node, std::uint32_t first, std::uint32_t count);
-    double solid_angle(std::size_t node, const Vec3& p) const;
+    // `far` scales the squared distance from which a cluster counts as a dipole.
+    double solid_angle(std::size_t node, const Vec3& p, double far = 1) const;
+    Vec3 solid_angle_gradient(std::size_t node, const Vec3& p) const;
 };
 
 void MeshTree::State::build_cluster(std::size_t node, std::uint32_t first, std::uint32_t count) {
@@ -130,20 +138,46 @@ void MeshTree::State::build_cluster(std::size_t node, std::uint32_t first, std::
     clusters[node] = c;
 }
 
-double MeshTree::State::solid_angle(std::size_t node, const Vec3& p) const {
+double MeshTree::State::solid_angle(std::size_t node, const Vec3& p, double far) const {
     const Cluster& c = clusters[node];
     const Vec3 d = c.centre - p;
     const double squared = d.squaredNorm();
-    if (squared > c.squared_far) return d.dot(c.area) / (squared * std::sqrt(squared));
+    if (squared > far * c.squared_far) return d.dot(c.area) / (squared * std::sqrt(squared));
     if (c.child >= 0) {
         const auto child = static_cast<std::size_t>(c.child);
-        return solid_angle(child, p) + solid_angle(child + 1, p);
+        return solid_angle(child, p, far) + solid_angle(child + 1, p, far);
     }
     SolidAngles angles;
     for (std::uint32_t i = c.first; i < c.first + c.count; ++i) {
         angles.add(sorted[i].a - p, sorted[i].b - p, sorted[i].c - p);
     }
     return angles.sum();
+}
+
+// The gradient of solid_angle: of a dipole, and of a triangle as that of the loop of its edges (the
+// field of a current in it, Biot and Savart).
+Vec3 MeshTree::State::solid_angle_gradient(std::size_t node, const Vec3& p) const {
+    const Cluster& c = clusters[node];
+    const Vec3 d = c.centre - p;
+    const double squared = d.squaredNorm();
+    if (squared > c.squared_far) {
+        const double cubed = squared * std::sqrt(squared);
+        return (3 * d.dot(c.area) / squared * d - c.area) / cubed;
+    }
+    if (c.child >= 0) {
+        const auto child = static_cast<std::size_t>(c.child);
+        return solid_angle_gradient(child, p) + solid_angle_gradient(child + 1, p);
+    }
+    Vec3 sum = Vec3::Zero();
+    for (std::uint32_t i = c.first; i < c.first + c.count; ++i) {
+        const std::array<Vec3, 3> corner{sorted[i].a - p, sorted[i].b - p, sorted[i].c - p};
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3 &a = corner[k], &b = corner[(k + 1) % 3];
+            const double la = a.norm(), lb = b.norm(), size = la * lb * (la * lb + a.dot(b));
+            if (size > 0) sum += (la + lb) / size * a.cross(b);
+        }
+    }
+    return sum;
 }
 
 MeshTree::MeshTree(const RawMesh& mesh, std::span<const std::uint32_t> triangles)
@@ -227,7 +261,16 @@ bool MeshTree::inside(const Vec3& point) const {
 
 double MeshTree::signed_distance(const Vec3& point) const {
     const double distance = nearest(point).at.distance;
-    return inside(point) ? -distance : distance;
+    double beyond = state_->solid_angle(0, point) - 2 * std::numbers::pi;
+    double least = distance;
+    if (std::abs(beyond) < 2 * std::numbers::pi * kSkinNear) {
+        const double slope = state_->solid_angle_gradient(0, point).norm();
+        if (std::abs(beyond) < kSkinMargin * slope * distance) {
+            beyond = state_->solid_angle(0, point, kSkinFar) - 2 * std::numbers::pi;
+            if (std::abs(beyond) < slope * distance) least = std::abs(beyond) / slope;
+        }
+    }
+    return beyond > 0 && state_->box.contains(point) ? -least : least;
 }
 
 double MeshTree::tie_tolerance() const { return state_->tie; }

@@ -40,11 +40,15 @@ class MeshTree {
     // one with the lowest number. Exact: Eigen's KdBVH prunes by lower bounds only.
     NearestTriangle nearest(const Vec3& point) const;
 
-    // Distance to the surface, negative where the generalised winding number of the triangles is
-    // above a half (Jacobson et al. 2013). Far clusters of triangles count as dipoles (Barill et
-    // al. 2018), which is enough for the side.
-    double signed_distance(const Vec3& point) const;
+    // Whether the generalised winding number of the triangles is above a half (Jacobson et al.
+    // 2013). Far clusters of triangles count as dipoles (Barill et al. 2018), which is enough for
+    // the side.
     bool inside(const Vec3& point) const;
+    // Distance to the surface, negative inside. Where the mesh has a hole the surface goes on as
+    // the skin on which the winding number is a half: it changes smoothly there, and by its value
+    // and gradient the distance to the skin is known to first order. Without the skin the distance
+    // would jump from one side to the other in the middle of a hole.
+    double signed_distance(const Vec3& point) const;
 
     // Distances nearer to each other than this are equal: the rounding of coordinates of the
     // mesh's size, m.

@@ -162,6 +162,28 @@ TEST_CASE("signed distance to a sphere is the distance to its centre less the ra
     }
 }
 
+TEST_CASE("over the hole of a bowl the signed distance is that to the disc which closes it") {
+    // Half a sphere sees half of all directions from anywhere on the disc. To first order the
+    // distance on the axis is |y| (1 + y^2 / r^2).
+    const RawMesh mesh = test::sphere_mesh({0, 0, 0}, 0.1, 60);
+    std::vector<std::uint32_t> bowl;
+    for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) {
+        const auto& c = mesh.triangle[t];
+        if (std::all_of(c.begin(), c.end(), [&](auto v) { return mesh.position[v].y() < 1e-9; }))
+            bowl.push_back(t);
+    }
+    REQUIRE(bowl.size() == mesh.triangle.size() / 2);
+    const MeshTree tree(mesh, bowl);
+    for (double y = -0.03; y < 0.03; y += 0.001) {
+        const double first_order = y * (1 + y * y / 0.01);
+        INFO(y);
+        // Far clusters of triangles count as dipoles: some percent of the distance.
+        CHECK(std::abs(tree.signed_distance({0, y, 0}) - first_order) < 1e-4 + 0.08 * std::abs(y));
+    }
+    // At the rim the two meet.
+    CHECK(std::abs(tree.signed_distance({0.0999, 0.0001, 0})) < 2e-4);
+}
+
 TEST_CASE("inside agrees with the sum of all solid angles on an open head") {
     const RawMesh mesh = mesh_of("ponytail.obj");
     const std::vector<std::string> head{"Mesh_head"};
