@@ -266,7 +266,7 @@ def _(work):
     return abs(report["sag_free"]["settles"]["mean"] / mean(tips) - 1)
 
 
-tested("sag-free: level strands, curls, heads of hair at any step; soft and toppling ones are named; same bytes for any threads", "^sag_free: ", 11)
+tested("sag-free: level strands, curls, heads of hair at any step; soft and toppling ones are named; same bytes for any threads", "^sag_free:", 11)
 
 
 # Builds.
