@@ -556,6 +556,29 @@ void visit_state(Simulation::State& s, Visit&& visit) {
     block(s.quads);
 }
 
+// Whether a state that was read may go on: what the passes follow without looking is as it was in
+// this simulation, and the inputs are numbers. Points need not be: what is not finite is put back
+// to rest.
+bool sound(const Simulation::State& s, std::span<const QuadState> quads) {
+    const auto poses = [](std::span<const RigidTransform> all) {
+        return std::ranges::all_of(all, [](const RigidTransform& t) { return finite(t); });
+    };
+    const auto numbers = [](const auto& all) {
+        return std::ranges::all_of(all, [](double v) { return std::isfinite(v); });
+    };
+    const auto same = [](const QuadState& a, const QuadState& b) {
+        return a.group_class == b.group_class && a.guides == b.guides;
+    };
+    const Wind& wind = s.settings.wind;
+    return s.strand_count <= s.shape.strands && std::isfinite(s.time) &&
+           std::isfinite(s.previous_step) && s.previous_step >= 0 && numbers(s.settings.gravity) &&
+           numbers(wind.velocity) && wind.gust >= 0 && wind.gust <= 1 && wind.turbulence >= 0 &&
+           wind.turbulence <= 1 && numbers(s.settings.origin) && finite(s.motion_now) &&
+           finite(s.motion_next) && poses(s.bones_now) && poses(s.bones_next) &&
+           poses(s.bone_world) && poses(s.collider_now) && poses(s.collider_next) &&
+           numbers(s.mesh_next.span()) && std::ranges::equal(s.quads.span(), quads, same);
+}
+
 std::uint64_t identity(const Simulation::State& s) {
     std::uint64_t hash = 14695981039346656037ull;
     const auto add = [&](std::uint64_t v) { hash = (hash ^ v) * 1099511628211ull; };
@@ -594,11 +617,23 @@ Result<void> Simulation::load(std::span<const std::byte> bytes) {
         return Error{ErrorCode::input, "state", "is not a saved state of a strand simulation"};
     if (head[1] != identity(s) || bytes.size() != size)
         return Error{ErrorCode::input, "state", "belongs to another asset or other settings"};
-    const std::byte* at = bytes.data() + sizeof head;
-    visit_state(s, [&](void* p, std::size_t n) {
-        if (n > 0) std::memcpy(p, at, n);
-        at += n;
-    });
+    const std::vector<std::byte> before = save();
+    const std::vector<QuadState> quads(s.quads.span().begin(), s.quads.span().end());
+    const auto take = [&](const std::byte* at) {
+        visit_state(s, [&](void* p, std::size_t n) {
+            if (n == sizeof(bool)) {
+                *static_cast<bool*>(p) = *at != std::byte{0};
+            } else if (n > 0) {
+                std::memcpy(p, at, n);
+            }
+            at += n;
+        });
+    };
+    take(bytes.data() + sizeof head);
+    if (!sound(s, quads)) {
+        take(before.data() + sizeof head);
+        return Error{ErrorCode::input, "state", "holds numbers that no simulation has"};
+    }
     write_strands(s);
     stand_still(s);
     return {};

@@ -43,7 +43,8 @@ Result<void> quantise_positions(const Groom& groom, const AssetOrder& order, con
     }
     info.packed = true;
     info.packed_max_error = stored;
-    BakeReport::Quantised& out = report.quantised.emplace();
+    report.quantised = BakeReport::Quantised{};
+    BakeReport::Quantised& out = *report.quantised;
     out.bytes = sizeof(float) * (packed.packed.size() + packed.root.size() + packed.step.size());
     out.bytes_before = sizeof(float) * arrays.strand_position.size();
     out.error = spread_of(std::move(moved));

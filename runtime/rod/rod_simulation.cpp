@@ -122,6 +122,9 @@ struct Header {
     double time = 0;
 };
 
+// A state that holds larger numbers, in m, m/s and rad, is damaged; their squares are still floats.
+constexpr double kLargestNumber = 1e15;
+
 // Bytes that save() writes.
 std::size_t state_size(const RodBlocks& b) {
     return sizeof(Header) + (b.x.size() + b.v.size() + b.frames.size() + b.ends.size()) * sizeof(double) +
@@ -628,6 +631,12 @@ Result<void> RodSimulation::restore(std::span<const std::byte> state) {
         header.strands != strand_count())
         return bad("state", "is not a state of these strands");
     const std::byte* p = state.data() + sizeof(header);
+    std::vector<double> numbers((state.size() - sizeof(header)) / sizeof(double));
+    std::memcpy(numbers.data(), p, numbers.size() * sizeof(double));
+    numbers.push_back(header.time);
+    if (std::any_of(numbers.begin(), numbers.end(),
+                    [](double v) { return !(std::abs(v) <= kLargestNumber); }))
+        return bad("state", "holds numbers that no simulation has");
     const auto get = [&](void* to, std::size_t n) {
         std::memcpy(to, p, n);
         p += n;

@@ -462,6 +462,8 @@ Result<void> RodRun::load(std::span<const std::byte> state, double time) {
         double impulse[3];
         std::memcpy(key, state.data(), sizeof key);
         std::memcpy(impulse, state.data() + sizeof key, sizeof impulse);
+        if (!std::all_of(impulse, impulse + 3, [](double v) { return std::isfinite(v); }))
+            return Error{ErrorCode::input, "", "the state holds an impulse that is not finite"};
         remembered.push_back(
             {{key[0], static_cast<std::uint32_t>(key[1])}, {impulse[0], impulse[1], impulse[2]}});
     }

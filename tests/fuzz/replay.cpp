@@ -32,6 +32,9 @@ constexpr Reader kReaders[] = {
     {"open_asset", run_open_asset},
     {"poses", run_poses},
     {"recipe", run_recipe},
+#ifdef KERATIN_FUZZ_SAVED_RUNS
+    {"saved_run", run_saved_run},
+#endif
     {"scene", run_scene},
     {"step_asset", run_step_asset},
     {"tfx", run_tfx},
