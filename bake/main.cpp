@@ -698,7 +698,8 @@ int main(int argc, char** argv) {
         ->type_name("FILE");
     app.add_flag("--keep-mtime", options.keep_mtime,
                  "Leave an unchanged asset's time stamp alone (for Ninja)");
-    app.add_flag("--json", options.json, "Print the report as one JSON document");
+    app.add_flag("--json", options.json, "Print one JSON document (schema/report/keratin-bake.schema.json; with --check: "
+                 "keratin-bake-check.schema.json)");
     app.add_flag("--quiet", options.quiet, "Print errors only");
     app.set_version_flag("--version", version_text());
     try {

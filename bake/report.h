@@ -212,7 +212,7 @@ struct BakeReport {
 std::string report_text(const BakeReport& report, std::span<const Finding> findings);
 // One line a finding: "file: strands 3, 7-12: warning KB001 degenerate-strand: message".
 std::string finding_text(const Finding& finding);
-// The document `keratin-bake --json` prints (schema/bake-report.schema.json).
+// The document `keratin-bake --json` prints (schema/report/keratin-bake.schema.json).
 std::string report_json(const BakeReport& report, std::span<const Finding> findings);
 // The findings as SARIF 2.1.0.
 std::string report_sarif(const BakeReport& report, std::span<const Finding> findings,

@@ -2,6 +2,7 @@
 #include "schema/asset_view.h"
 #include "schema/files/write_file.h"
 #include "tests/data_dir.h"
+#include "tests/json_schema.h"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -52,6 +53,11 @@ class Folder {
   private:
     std::string path_;
 };
+
+nlohmann::json schema(const std::string& name) {
+    std::ifstream file(kData + "/../schema/report/" + name + ".schema.json");
+    return nlohmann::json::parse(file);
+}
 
 AssetView opened(const std::string& path) {
     auto view = AssetView::open(path);
@@ -109,20 +115,7 @@ TEST_CASE("the ponytail head is baked whole") {
 
     const auto report = nlohmann::json::parse(ran.out);
     CHECK(report["strands"] == asset.info().strand_count);
-    std::ifstream schema_file(kData + "/../schema/bake-report.schema.json");
-    const auto schema = nlohmann::json::parse(schema_file);
-    for (const auto& key : schema["required"]) {
-        INFO(key);
-        CHECK(report.contains(key.get<std::string>()));
-    }
-    for (const auto& [key, value] : report.items()) {
-        INFO(key);
-        REQUIRE(schema["properties"].contains(key));
-        const auto& type = schema["properties"][key]["type"];
-        CHECK((type == "number"    ? value.is_number()
-               : type == "integer" ? value.is_number_integer()
-                                   : type == value.type_name()));
-    }
+    CHECK(test::schema_misfit(schema("keratin-bake"), report) == "");
     CHECK(report["reconstruction"]["error"]["p95"].get<double>() > 0);
     CHECK(report["sag_free"]["guides"] == asset.info().guide_count);
     CHECK(report["sag_free"]["each"].size() == asset.info().guide_count);
@@ -165,14 +158,29 @@ TEST_CASE("the mohawk is bound to its bones and loses its collapsed strands") {
 
 TEST_CASE("checking accepts what was baked and says no to a damaged file") {
     const Folder folder;
-    REQUIRE(folder.bake(kData + "/testhair/fur.json -o " + (folder / "f.kera")).code == 0);
+    folder.write("f.json", "{ \"scale\": 0.01, \"points_per_strand\": 4, \"curves\": [ { \"file\": \"" +
+                               kData + "/tressfx/TestHair1.tfx\" } ],\n\"mesh\": { \"file\": \"" +
+                               kData + "/tressfx/TestObject1.obj\" },\n\"distance_grid\": {}, "
+                               "\"quantise\": { \"max_error\": 1e-3 } }");
+    const Ran baked = folder.bake((folder / "f.json") + " --json -o " + (folder / "f.kera"));
+    REQUIRE(baked.code == 0);
+    CHECK(test::schema_misfit(schema("keratin-bake"), nlohmann::json::parse(baked.out)) == "");
     CHECK(folder.bake("--check " + (folder / "f.kera")).code == 0);
+    const auto sound =
+        nlohmann::json::parse(folder.bake("--json --check " + (folder / "f.kera")).out);
+    CHECK(test::schema_misfit(schema("keratin-bake-check"), sound) == "");
+    CHECK(sound["ok"] == true);
+    for (const char* accuracy : {"guide_error", "distance_grid", "packed_max_error", "levels"})
+        CHECK(sound.contains(accuracy));
     std::string bytes = folder.text("f.kera");
     bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
     folder.write("g.kera", bytes);
     const Ran damaged = folder.bake("--check " + (folder / "g.kera") + " --json");
     CHECK(damaged.code == 1);
-    CHECK(nlohmann::json::parse(damaged.out)["ok"] == false);
+    const auto refusal = nlohmann::json::parse(damaged.out);
+    CHECK(test::schema_misfit(schema("keratin-bake-check"), refusal) == "");
+    CHECK(refusal["ok"] == false);
+    CHECK(refusal.contains("message"));
     CHECK(folder.bake("--check " + (folder / "none.kera")).code == 2);
 }
 
