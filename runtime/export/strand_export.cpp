@@ -88,8 +88,9 @@ void append_number(std::string& out, float value) {
     out.append(text.data(), end.ptr);
 }
 
+// Lines of two points, root to tip: of longer ones Blender 3.4 reads the first two points alone.
 std::string to_obj(const ExportStrands& strands, std::span<const float> position) {
-    std::string out = "# strands as polylines, metres, y up\n";
+    std::string out = "# strands as chains of edges, metres, y up\n";
     for (std::size_t p = 0; p + 2 < position.size(); p += 3) {
         out += 'v';
         for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -99,10 +100,8 @@ std::string to_obj(const ExportStrands& strands, std::span<const float> position
         out += '\n';
     }
     for (std::size_t s = 0; s + 1 < strands.first_point.size(); ++s) {
-        out += 'l';
-        for (std::uint32_t p = strands.first_point[s]; p < strands.first_point[s + 1]; ++p)
-            out += ' ' + std::to_string(p + 1);
-        out += '\n';
+        for (std::uint32_t p = strands.first_point[s] + 1; p < strands.first_point[s + 1]; ++p)
+            out += "l " + std::to_string(p) + ' ' + std::to_string(p + 1) + '\n';
     }
     return out;
 }

@@ -1,5 +1,5 @@
 // Writes strands back to where artists work: Alembic curves (.abc, all frames in one file), Cem
-// Yuksel .hair and OBJ polylines (.obj; one file a frame). For programs; keratin::runtime does not
+// Yuksel .hair and OBJ lines (.obj; one file a frame). For programs; keratin::runtime does not
 // link this.
 #pragma once
 

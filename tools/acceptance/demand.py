@@ -46,7 +46,7 @@ class Demand:
         self.text, self.bound, self.function = text, bound, function
 
     def measure(self, work):
-        work.commands = []
+        work.commands, work.notes = [], []
         try:
             value = self.function(work)
             ok = None if isinstance(value, NotJudged) else bool(self.bound.holds(value))
@@ -56,7 +56,7 @@ class Demand:
             value = f"{value.value:.6g} ({value.reason})"
         if isinstance(value, float):
             value = float(f"{value:.6g}")
-        return {"demand": self.text, "commands": list(work.commands), "measured": value,
+        return {"demand": self.text, "commands": list(work.commands), "notes": list(work.notes), "measured": value,
                 "bound": str(self.bound), "ok": ok}
 
 
@@ -73,6 +73,7 @@ class Workspace:
     def __init__(self, root, folder):
         self.root, self.folder = root, folder
         self.commands = []
+        self.notes = []  # what a measurement wants shown beside its value
         self.cache = {}
         folder.mkdir(parents=True, exist_ok=True)
 
