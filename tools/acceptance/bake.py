@@ -221,7 +221,7 @@ def _(work):
     return "quantise.max_error" in message and "allow at least" in message and not (work.folder / "tight.kera").exists()
 
 
-@demand("the distance grid's largest error is stored (head)", at_most(0.002, "m"))
+@demand("the distance grid's largest error is stored and less than a cell (head)", at_most(0.003, "m"))
 def _(work):
     bake(work, "data/ponytail/head.json", "grid")
     return checked(work, "grid")["distance_grid"]["max_error"]
