@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 
 from acceptance.demand import NotJudged, at_least, at_most, demand, equal_to
 
@@ -11,7 +12,7 @@ TEST = "build/release/tests/runtime/strand/test_strand"
 def test(work, name, figure=None):
     """1 when the tests of this name pass, or the largest of the figures that they print."""
     program = "build/release/tests/runtime/strand/test_c_interface" if name.startswith("the C interface") else TEST
-    out, _ = work.run(f"{program} '{name}' -s")
+    out, _ = work.run(f"{program} {shlex.quote(name)} -s")
     if "No test cases matched" in out or "All tests passed" not in out:
         raise RuntimeError(out.strip()[-200:])
     if figure is None:
