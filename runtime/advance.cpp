@@ -4,6 +4,7 @@
 #include "runtime/pass/ticks.h"
 #include "runtime/state.h"
 #include "schema/formula/interpolation.h"
+#include "schema/material.h"
 
 #include <algorithm>
 #include <atomic>
@@ -63,12 +64,7 @@ void fill_class(const Simulation::State& s, const Simulation::State::ClassKey& k
                                 : 0.0f;
         out.volume[row] = s.settings.passes.grid_volume ? float(ramp_value(p.volume, at)) : 0.0f;
     }
-    // E I / (density area) of an ellipse, the mean of both directions: E (r1^2 + r2^2) / (8
-    // density).
-    const double bending = double(m.youngs_modulus) *
-                           (double(m.radius) * m.radius + double(m.radius2) * m.radius2) /
-                           (8 * double(m.density));
-    out.stiffness_step = float(small * small * bending);
+    out.stiffness_step = float(small * small * bending_per_mass(m));
     const double relaxation =
         kBendRelaxation + (m.youngs_modulus > 0 ? 3 * double(m.viscosity) / m.youngs_modulus : 0);
     out.bend_damping = float(relaxation / small);

@@ -2,6 +2,7 @@
 
 #include "bake/stage/strand_statics.h"
 #include "schema/formula/frame.h"
+#include "schema/material.h"
 
 #include <algorithm>
 #include <optional>
@@ -24,7 +25,8 @@ constexpr double kFirm = 1e-3, kFirmer = 5e-3;
 constexpr double kBounds[] = {0, 0.9, 0.6, 0.3};
 constexpr int kHalvings = 6;
 // Residual up to which the pose that a strand settles in is believed. Joints that are bent nearly
-// right round have moments without an energy (bend_reaction bounds them), and the descent can stall.
+// right round have moments without an energy (bend_reaction bounds them), and the descent can
+// stall.
 constexpr double kSettled = 1e-2;
 
 using Guide = BakeReport::SagFree::Guide;
@@ -121,11 +123,8 @@ BakeReport::SagFree make_sag_free(std::span<const GroupInfo> groups,
         };
         std::vector<V> points;
         for (std::size_t p = 0; p < count; ++p) points.push_back(vector(arrays.guide_position, p));
-        const Material& m = groups[arrays.guide_group[i]].material;
-        const double bending = double(m.youngs_modulus) *
-                               (double(m.radius) * m.radius + double(m.radius2) * m.radius2) /
-                               (8 * double(m.density));
-        StrandStatics s = strand_statics(points, bending, kGravity);
+        StrandStatics s = strand_statics(
+            points, bending_per_mass(groups[arrays.guide_group[i]].material), kGravity);
         guides[i] = hold(points, s);
         guides[i]->strand = arrays.strand_id[arrays.guide_strand[i]];
 
