@@ -105,6 +105,26 @@ void measure_cells(const Lattice& lattice, std::size_t brick, const float* nodes
             }
 }
 
+// Nodes of a cell in its brick, from the cell's first, and their shares at f (0..1 on each axis).
+struct Stencil {
+    std::array<std::uint32_t, 8> node;
+    std::array<double, 8> weight;
+
+    explicit Stencil(const Vec3& f) {
+        for (std::uint32_t corner = 0; corner < 8; ++corner) {
+            const std::uint32_t x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
+            node[corner] = (z * kNodesPerSide + y) * kNodesPerSide + x;
+            weight[corner] = (x ? f[0] : 1 - f[0]) * (y ? f[1] : 1 - f[1]) * (z ? f[2] : 1 - f[2]);
+        }
+    }
+    double of(const float* first) const {
+        double sum = 0;
+        for (std::size_t corner = 0; corner < 8; ++corner)
+            sum += weight[corner] * first[node[corner]];
+        return sum;
+    }
+};
+
 // Lowers nodes until the interpolation is nowhere above zero on the mesh: rims and sheets thinner
 // than a cell would else stand out of their grid, and hair would enter them. Lowering never lifts
 // the distance anywhere, so one pass over samples of the triangles is enough; each spreads what it
@@ -170,17 +190,14 @@ class Enclose {
         }
         const float* first = node(b, in);
         if (!first) return;
-        double weight[8], found = 0, squares = 0;
-        for (std::uint32_t k = 0; k < 8; ++k) {
-            const std::uint32_t x = k & 1, y = k >> 1 & 1, z = k >> 2;
-            weight[k] = (x ? f[0] : 1 - f[0]) * (y ? f[1] : 1 - f[1]) * (z ? f[2] : 1 - f[2]);
-            found += weight[k] * first[(z * kNodesPerSide + y) * kNodesPerSide + x];
-            squares += weight[k] * weight[k];
-        }
+        const Stencil stencil(f);
+        const double found = stencil.of(first);
         if (!(found > 0)) return;
+        double squares = 0;
+        for (const double w : stencil.weight) squares += w * w;
         for (std::uint32_t k = 0; k < 8; ++k)
             lower({cell[0] + (k & 1), cell[1] + (k >> 1 & 1), cell[2] + (k >> 2)},
-                  static_cast<float>(found * weight[k] / squares));
+                  static_cast<float>(found * stencil.weight[k] / squares));
     }
 };
 
@@ -193,14 +210,7 @@ double interpolate_brick(const float* nodes, const Vec3& at) {
         cell[axis] = std::min(static_cast<std::uint32_t>(at[axis]), kBrickCells - 1);
         f[axis] = at[axis] - cell[axis];
     }
-    double sum = 0;
-    for (std::uint32_t corner = 0; corner < 8; ++corner) {
-        const std::uint32_t x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
-        const double weight = (x ? f[0] : 1 - f[0]) * (y ? f[1] : 1 - f[1]) * (z ? f[2] : 1 - f[2]);
-        sum += weight *
-               nodes[((cell[2] + z) * kNodesPerSide + cell[1] + y) * kNodesPerSide + cell[0] + x];
-    }
-    return sum;
+    return Stencil(f).of(nodes + (cell[2] * kNodesPerSide + cell[1]) * kNodesPerSide + cell[0]);
 }
 
 Result<BakedDistanceGrid> make_distance_grid(const RawMesh& mesh, const Groom& groom,

@@ -33,7 +33,6 @@ template <class Pack, class Mask>
 [[gnu::noinline]] void lift_out(const Part<Pack> b, const Near& near, std::size_t i,
                                 const Vec3<Pack>& parent, const Pack& l, Mask deep, Vec3<Pack>& x,
                                 Vec3<Pack>& t) {
-    const Pack zero(0.0f);
     const auto depth_at = [&](const Vec3<Pack>& at, std::size_t row, Vec3<Pack>& way) {
         Pack deepest(-1e9f);
         for (std::uint32_t k = 0; k < near.count; ++k)
