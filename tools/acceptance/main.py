@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import struct
 import time
 
@@ -21,11 +22,18 @@ def every(work, field):
     return [stats(work, name)[field] for name in ("head", "mohawk", "tail")]
 
 
-@demand("the demo takes at most 5 minutes once the packages are there", at_most(300, "s"))
+@demand("a clean clone of what is committed builds and runs the demo in at most 5 minutes once the packages are there",
+        at_most(300, "s"))
 def _(work):
+    clone = work.folder / "clone"
+    shutil.rmtree(clone, ignore_errors=True)
+    work.run("tools/setup base")
+    work.run(f"git clone --quiet . {work.path('clone')}")
     start = time.monotonic()
-    demo(work)
-    return time.monotonic() - start
+    work.run(f"{work.path('clone')}/tools/demo", environment={"CCACHE_DISABLE": "1", "CMAKE_CXX_COMPILER_LAUNCHER": ""})
+    seconds = time.monotonic() - start
+    shutil.rmtree(clone)
+    return seconds
 
 
 @demand("everything stays finite in the demo's three runs", equal_to(True))

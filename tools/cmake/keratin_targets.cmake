@@ -41,6 +41,12 @@ function(keratin_program name)
   set_target_properties(keratin-${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 endfunction()
 
+# keratin_text_sources(files...): sources that read, check and write text. The templates of CLI11 and
+# nlohmann-json take several times as long to compile at -O3 as at -O1, and nothing there is a hot loop.
+function(keratin_text_sources)
+  set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O1>)
+endfunction()
+
 # keratin_flatbuffers(target file.fbs...): generates file_generated.h for the private use of target.
 function(keratin_flatbuffers target)
   set(out ${CMAKE_CURRENT_BINARY_DIR}/generated)
