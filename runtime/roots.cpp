@@ -53,24 +53,34 @@ Root bone_root(const Simulation::State& s, const std::uint32_t bone[4], const fl
 Vec3f vertex(std::span<const float> positions, std::uint32_t v) {
     return Vec3f(positions[v * 3], positions[v * 3 + 1], positions[v * 3 + 2]);
 }
+Vec3d exact(const Vec3f& v) { return Vec3d(double(v.x), double(v.y), double(v.z)); }
+Vec3f rounded(const Vec3d& v) { return Vec3f(float(v.x), float(v.y), float(v.z)); }
 
-Root triangle_root(const Simulation::State& s, std::uint32_t slot, float u, float v) {
+// The translation is what takes the root itself, which stands at `rest` in the groom, to its place as
+// floats hold it: a turn about the far origin of the groom rounds by more than a face's triangles can
+// bear.
+Root triangle_root(const Simulation::State& s, std::uint32_t slot, float u, float v,
+                   const Vec3f& rest) {
     const std::uint32_t* corner = s.fields.mesh_triangle.data() + std::size_t{slot} * 3;
-    const auto rest = s.fields.mesh_position;
+    const auto mesh = s.fields.mesh_position;
     const std::span<const float> now = s.mesh_next.span();
-    const Vec3f ra = vertex(rest, corner[0]), rb = vertex(rest, corner[1]),
-                rc = vertex(rest, corner[2]);
+    const Vec3f ra = vertex(mesh, corner[0]), rb = vertex(mesh, corner[1]),
+                rc = vertex(mesh, corner[2]);
     const Vec3f na = vertex(now, corner[0]), nb = vertex(now, corner[1]),
                 nc = vertex(now, corner[2]);
     const Vec4f turn =
         product(triangle_rotation(na, nb, nc), conjugate(triangle_rotation(ra, rb, rc)));
-    const Vec3f from = barycentric_point(ra, rb, rc, u, v),
-                to = barycentric_point(na, nb, nc, u, v);
-    // Then the asset's own motion, in double.
-    const Root body = relative(s.motion_next, s.settings.origin);
+    const Vec3d from = barycentric_point(exact(ra), exact(rb), exact(rc), double(u), double(v)),
+                to = barycentric_point(exact(na), exact(nb), exact(nc), double(u), double(v));
+    // Then the asset's own motion.
+    const RigidTransform& body = s.motion_next;
+    const auto& origin = s.settings.origin;
+    const Vec3d beside = exact(rotate(turn, rounded(exact(rest) - from)));
+    const Vec3d place = rotate(rotation_of(body), to + beside) + translation_of(body) -
+                        Vec3d(origin[0], origin[1], origin[2]);
     Root root;
-    root.rotation = unit_quaternion(product(body.rotation, turn));
-    root.translation = rotate(body.rotation, to - rotate(turn, from)) + body.translation;
+    root.rotation = unit_quaternion(product(relative(body, origin).rotation, turn));
+    root.translation = rounded(place - exact(rotate(root.rotation, rest)));
     return root;
 }
 
@@ -116,11 +126,14 @@ void skin_guides(Simulation::State& s) {
         float* out = s.root_end.data() + tile * kRootFloats * kTileLanes;
         for (std::size_t lane = 0; lane < kTileLanes; ++lane) {
             const std::size_t index = tile * kTileLanes + lane;
+            const float* p = s.fields.guide_position.data() + s.tile_row(tile) * 48 + lane;
+            const Vec3f rest(p[0], p[16], p[32]);
             Root root;
             if (s.shape.by_triangle) {
                 const float* bary =
                     s.fields.guide_barycentric.data() + tile * 2 * kTileLanes + lane;
-                root = triangle_root(s, s.guide_triangle_slot[index], bary[0], bary[kTileLanes]);
+                root = triangle_root(s, s.guide_triangle_slot[index], bary[0], bary[kTileLanes],
+                                     rest);
             } else {
                 std::uint32_t bone[4];
                 float weight[4];
@@ -129,8 +142,7 @@ void skin_guides(Simulation::State& s) {
                     bone[k] = s.fields.guide_bone[place];
                     weight[k] = s.fields.guide_bone_weight[place];
                 }
-                const float* p = s.fields.guide_position.data() + s.tile_row(tile) * 48 + lane;
-                root = bone_root(s, bone, weight, Vec3f(p[0], p[16], p[32]));
+                root = bone_root(s, bone, weight, rest);
             }
             if (finite(root))
                 write_lane(out, lane, root);
@@ -152,16 +164,14 @@ void skin_strands(Simulation::State& s) {
     }
     const std::size_t even = even_grain(s.strand_count, s.threads);
     share(s.settings.host, s.threads, s.strand_count, even, [&](std::size_t i) {
+        const Vec3f rest = vertex(s.fields.strand_position, s.fields.strand_first_point[i]);
         Root root;
         if (s.shape.by_triangle) {
             const float* bary = s.fields.strand_barycentric.data() + i * 2;
-            root = triangle_root(s, s.strand_triangle_slot[i], bary[0], bary[1]);
+            root = triangle_root(s, s.strand_triangle_slot[i], bary[0], bary[1], rest);
         } else {
-            const float* p =
-                s.fields.strand_position.data() + std::size_t{s.fields.strand_first_point[i]} * 3;
             root = bone_root(s, s.fields.strand_bone.data() + i * 4,
-                             s.fields.strand_bone_weight.data() + i * 4,
-                             Vec3f(p[0], p[1], p[2]));
+                             s.fields.strand_bone_weight.data() + i * 4, rest);
         }
         if (!finite(root)) return;
         float* out = s.strand_root.data() + i * kRootFloats;
