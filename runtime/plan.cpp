@@ -1,7 +1,7 @@
 #include "runtime/plan.h"
 
 #include "runtime/buffers.h"
-#include "runtime/pass/quad.h"
+#include "runtime/pass/strands.h"
 #include "runtime/passes.h"
 
 #include <algorithm>
@@ -257,7 +257,7 @@ std::uint64_t buffer_bytes(BufferId id, const RunShape& s) {
         case BufferId::strand_root:
             return (s.one_motion ? 1 : std::uint64_t{s.strands}) * 7 * sizeof(float);
         case BufferId::guide_line:
-            return point_lanes * 3 * sizeof(float);
+            return (point_lanes * 3 + kLineBehind) * sizeof(float);
         case BufferId::strand_position:
             return std::uint64_t{s.points} * 3 * (s.half ? 2 : sizeof(float));
         case BufferId::strand_tangent:

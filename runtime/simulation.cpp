@@ -59,7 +59,7 @@ void allocate(Simulation::State& s) {
     }
     if (planned(BufferId::strand_root))
         s.strand_root.allocate((shape.one_motion ? 1 : std::size_t{shape.strands}) * kRootFloats, host);
-    if (planned(BufferId::guide_line)) s.line.allocate(point_lanes * 3, host);
+    if (planned(BufferId::guide_line)) s.line.allocate(point_lanes * 3 + kLineBehind, host);
     if (planned(BufferId::strand_position)) {
         if (shape.half)
             s.strand_half.allocate(std::size_t{shape.points} * 3, host);

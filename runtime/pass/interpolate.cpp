@@ -118,23 +118,43 @@ struct Rotation {
     }
 };
 
-// Reads kBefore floats before `rest` and up to kAfter behind its end.
-constexpr std::size_t kBefore = 2, kAfter = 49;
-void carry(const Rotation& r, const float* __restrict rest, std::size_t count,
-           float* __restrict out) {
-    for (std::size_t i = 0; i < count; i += 48)
-        for (std::size_t k = 0; k < 48; ++k) {
-            const float* p = rest + i + k;
-            out[i + k] = r.factor[0][k] * p[-2] + r.factor[1][k] * p[-1] + r.factor[2][k] * p[0] +
-                         r.factor[3][k] * p[1] + r.factor[4][k] * p[2] + r.offset[k];
-        }
-}
+// Floats that are worked on at a time.
+using Chunk = Lanes<16>;
+constexpr std::size_t kChunk = 16;
 
-// Adds the weighted displacement of three guides, point for point.
-void add_lines(const float* __restrict a, const float* __restrict b, const float* __restrict c,
-               const float* weight, std::size_t count, float* __restrict out) {
-    const float wa = weight[0], wb = weight[1], wc = weight[2];
-    for (std::size_t i = 0; i < count; ++i) out[i] += wa * a[i] + wb * b[i] + wc * c[i];
+// The factors of a Rotation, in registers where there are enough.
+struct Factors {
+    Chunk factor[3][5], offset[3];
+
+    KERATIN_ALWAYS_INLINE explicit Factors(const Rotation& r) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            for (std::size_t o = 0; o < 5; ++o)
+                factor[k][o] = load<Chunk>(r.factor[o] + k * kChunk, 0);
+            offset[k] = load<Chunk>(r.offset + k * kChunk, 0);
+        }
+    }
+};
+
+// The rest pose carried, and the weighted displacement of three guides added, point for point,
+// where `moved`. Reads kBefore floats before `rest`, and up to kAfter behind the end of it and of
+// the lines.
+constexpr std::size_t kBefore = 2, kAfter = kChunk + 2;
+template <bool moved>
+KERATIN_ALWAYS_INLINE void carry(const Factors& f, const float* rest, const float* const line[3],
+                                 const float* weight, std::size_t count, float* out) {
+    const Chunk wa(moved ? weight[0] : 0), wb(moved ? weight[1] : 0), wc(moved ? weight[2] : 0);
+    for (std::size_t i = 0; i < count; i += 3 * kChunk)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::size_t at = i + k * kChunk;
+            if (at >= count) return;
+            const float* p = rest + at;
+            const auto near = [&](int o) { return f.factor[k][o + 2] * load<Chunk>(p + o, 0); };
+            Chunk x = near(-2) + near(-1) + near(0) + near(1) + near(2) + f.offset[k];
+            if constexpr (moved)
+                x = x + (wa * load<Chunk>(line[0] + at, 0) + wb * load<Chunk>(line[1] + at, 0) +
+                         wc * load<Chunk>(line[2] + at, 0));
+            store(x, out + at, 0);
+        }
 }
 
 // Adds the weighted displacement of one guide whose points do not stand at the strand's fractions.
@@ -187,11 +207,11 @@ void interpolate(const StrandBatch& b, std::uint32_t begin, std::uint32_t end) {
     // Half floats keep eleven bits: they count from the middle of the body.
     const float world[3] = {};
     const float* center = b.half ? b.half_center : world;
-    Rotation rotation(b.root + begin * b.root_stride, center);
+    Factors factors(Rotation(b.root + begin * b.root_stride, center));
 
     for (std::uint32_t s = begin; s < end; ++s) {
         if (b.root_stride != 0 && s > begin)
-            rotation = Rotation(b.root + s * b.root_stride, center);
+            factors = Factors(Rotation(b.root + s * b.root_stride, center));
         const std::uint32_t first = b.first_point[s], count = b.first_point[s + 1] - first;
         const std::size_t floats = std::size_t{count} * 3;
         // What stands before and behind a strand meets factors of zero; the array's own ends have
@@ -204,22 +224,21 @@ void interpolate(const StrandBatch& b, std::uint32_t begin, std::uint32_t end) {
             rest = copy + kBefore;
         }
         float* x = stage + staged;
-        carry(rotation, rest, floats, x);
-
         if (b.line) {
             const std::uint32_t* guide = b.guide + std::size_t{s} * 3;
             const float* w = b.weight + std::size_t{s} * 3;
-            const bool alike = !b.fraction && b.guide_point_count[guide[0]] == count &&
-                               b.guide_point_count[guide[1]] == count &&
-                               b.guide_point_count[guide[2]] == count;
-            if (alike) {
-                const auto line = [&](int k) {
-                    return b.line + line_first(b.tile_first_row, guide[k]);
-                };
-                add_lines(line(0), line(1), line(2), w, floats, x);
+            if (!b.fraction && b.guide_point_count[guide[0]] == count &&
+                b.guide_point_count[guide[1]] == count && b.guide_point_count[guide[2]] == count) {
+                const float* line[3];
+                for (int k = 0; k < 3; ++k)
+                    line[k] = b.line + line_first(b.tile_first_row, guide[k]);
+                carry<true>(factors, rest, line, w, floats, x);
             } else {
+                carry<false>(factors, rest, nullptr, nullptr, floats, x);
                 for (int k = 0; k < 3; ++k) add_line(b, guide[k], w[k], first, count, x);
             }
+        } else {
+            carry<false>(factors, rest, nullptr, nullptr, floats, x);
         }
         if (b.tangent) write_tangents(x, count, b.tangent + std::size_t{first} * 3);
         staged += floats;

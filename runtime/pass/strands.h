@@ -8,6 +8,8 @@
 
 namespace keratin {
 
+constexpr std::size_t kLineBehind = 16;
+
 struct StrandBatch {
     const std::uint32_t* first_point = nullptr;  // [strands + 1]
     std::size_t points = 0;                      // of all strands
@@ -18,7 +20,8 @@ struct StrandBatch {
     const float* root =
         nullptr;  // [strands * 7] quaternion, translation; one for all with stride 0
     std::size_t root_stride = 0;  // floats
-    // Displacement of the guides: point p of lane (t, l) at line_first(...) + p * 3.
+    // Displacement of the guides: point p of lane (t, l) at line_first(...) + p * 3, with
+    // kLineBehind floats behind the last that are read and not used.
     const float* line = nullptr;
     const std::uint32_t* tile_first_row = nullptr;
     const std::uint32_t* guide_point_count = nullptr;  // [lanes]
