@@ -1,8 +1,7 @@
 // Adds the mass and the displacement of a quad's free points to the eight voxels around each
 // (METHODS 1.2), in exact integer sums.
-#include "runtime/formula/grid.h"
+#include "runtime/pass/grid_cells.h"
 #include "runtime/pass/kernel.h"
-#include "runtime/pass/work.h"
 
 namespace keratin::KERATIN_ISA {
 KERATIN_DECLARE_KERNELS
@@ -11,86 +10,97 @@ namespace {
 
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = int __attribute__((vector_size(16)));
-using Long4 = long long __attribute__((vector_size(32), aligned(32)));
+using Long4 = std::int64_t __attribute__((vector_size(32), aligned(32)));
 
-}  // namespace
+// Values of four components, component by component, to one vector a lane.
+void transpose(const Tile (&component)[4], Float4 (&lane)[kTileLanes]) {
+    alignas(64) float v[4][kTileLanes];
+    for (int c = 0; c < 4; ++c) store(component[c], v[c], 0);
+    for (std::size_t l = 0; l < kTileLanes; l += 4) {
+        const auto four = [&](int c) { return *reinterpret_cast<const Float4*>(v[c] + l); };
+        const Float4 a = four(0), b = four(1), c = four(2), d = four(3);
+        const Float4 ab = __builtin_shufflevector(a, b, 0, 4, 1, 5);
+        const Float4 cd = __builtin_shufflevector(c, d, 0, 4, 1, 5);
+        const Float4 ab2 = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+        const Float4 cd2 = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+        lane[l] = __builtin_shufflevector(ab, cd, 0, 1, 4, 5);
+        lane[l + 1] = __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
+        lane[l + 2] = __builtin_shufflevector(ab2, cd2, 0, 1, 4, 5);
+        lane[l + 3] = __builtin_shufflevector(ab2, cd2, 2, 3, 6, 7);
+    }
+}
 
-void grid_scatter(const Quad& quad, const ScatterInput& in, const GridSums& sums) {
-    using Tile = Lanes<16>;
-    const GridShape& g = in.shape;
-    const float top[3] = {float(g.bricks[0] * kBrickSide - 1), float(g.bricks[1] * kBrickSide - 1),
-                          float(g.bricks[2] * kBrickSide - 1)};
-    const std::uint32_t row_stride = g.bricks[0] * kBrickVoxels;
-    const std::uint32_t slab_stride = row_stride * g.bricks[1];
-    Long4* momentum = reinterpret_cast<Long4*>(sums.momentum);
-
+template <bool volume>
+void scatter(const Quad& quad, const ScatterInput& in, const GridSums& sums) {
+    Long4* const momentum = reinterpret_cast<Long4*>(sums.momentum);
+    std::int64_t* const fill = sums.filling;
+    const Tile unit(in.inverse_displacement_unit), one(1.0f);
+    // Of a point's mass and share of a voxel: beyond, the fixed point of 32 bits would end.
+    const Tile most(64.0f);
     for (std::size_t tile = 0; tile < kQuadTiles; ++tile) {
         const float* x = quad.position + tile * quad.rows * 48;
         const float* q = quad.previous + tile * quad.rows * 48;
         const float* length = quad.length + tile * quad.rows * 16;
         const float* density = in.density ? in.density + tile * quad.rows * 16 : nullptr;
+        alignas(64) float counts[kTileLanes];
+        for (std::size_t l = 0; l < kTileLanes; ++l)
+            counts[l] = float(in.point_count[tile * kTileLanes + l]);
+        const Tile points = load<Tile>(counts, 0);
+
         for (std::uint32_t row = 2; row < quad.rows; ++row) {
-            alignas(64) float cell[3][16], share[3][16], mass[16];
-            alignas(64) float motion[3][16];
-            const Tile unit(in.inverse_displacement_unit);
-            for (int c = 0; c < 3; ++c) {
-                const Tile xc = load<Tile>(x + row * 48 + c * 16, 0);
-                const Tile s = (xc - Tile(g.origin[c])) * Tile(g.inverse_spacing);
-                const Tile whole = floor_of(s);
-                store(whole, cell[c], 0);
-                store(s - whole, share[c], 0);
-                const Tile d = (xc - load<Tile>(q + row * 48 + c * 16, 0)) * unit;
-                // Points faster than the unit count as if they moved by it.
-                store(min(max(d, Tile(-1.0f)), Tile(1.0f)), motion[c], 0);
-            }
+            const Vec3<Tile> now = load3<Tile>(x + row * 48, 0);
+            const Cells cells(in.shape, now);
+            const auto alive = cells.inside & (Tile(float(row)) < points);
+            alignas(64) float weight[8][kTileLanes];
+            for (unsigned k = 0; k < 8; ++k) store(cells.weight(k), weight[k], 0);
+
             const Tile below =
                 row + 1 < quad.rows ? load<Tile>(length + (row + 1) * 16, 0) : Tile(0.0f);
-            store((load<Tile>(length + row * 16, 0) + below) * Tile(0.5f), mass, 0);
+            const Tile carried = (load<Tile>(length + row * 16, 0) + below) * Tile(0.5f);
+            const Tile mass = min(carried * Tile(in.mass_scale), most) * Tile(kGridScale);
+            // Points faster than the unit count as if they moved by it.
+            const auto motion = [&](const Tile& d) { return min(max(d * unit, -one), one) * mass; };
+            const Vec3<Tile> moved = now - load3<Tile>(q + row * 48, 0);
+            Float4 value[kTileLanes];
+            transpose({mass, motion(moved.x), motion(moved.y), motion(moved.z)}, value);
 
-            for (std::uint32_t l = 0; l < kTileLanes; ++l) {
-                if (row >= in.point_count[tile * 16 + l]) continue;
-                // A comparison that not-a-number fails.
-                if (!(cell[0][l] >= 0 && cell[0][l] < top[0] && cell[1][l] >= 0 &&
-                      cell[1][l] < top[1] && cell[2][l] >= 0 && cell[2][l] < top[2]))
-                    continue;
-                const auto cx = std::uint32_t(cell[0][l]), cy = std::uint32_t(cell[1][l]),
-                           cz = std::uint32_t(cell[2][l]);
-                const auto part = [](std::uint32_t v, std::uint32_t brick, std::uint32_t step) {
-                    return (v >> 2) * brick + (v & 3) * step;
-                };
-                const std::uint32_t px[2] = {part(cx, kBrickVoxels, 1),
-                                             part(cx + 1, kBrickVoxels, 1)};
-                const std::uint32_t py[2] = {part(cy, row_stride, 4), part(cy + 1, row_stride, 4)};
-                const std::uint32_t pz[2] = {part(cz, slab_stride, 16),
-                                             part(cz + 1, slab_stride, 16)};
-                sums.touched[(cx >> 2) + g.bricks[0] * ((cy >> 2) + g.bricks[1] * (cz >> 2))] = 1;
-
-                const float m = mass[l] * in.mass_scale * kGridScale;
-                const Float4 value = Float4{1, motion[0][l], motion[1][l], motion[2][l]} * m;
-                const float wx[2] = {1 - share[0][l], share[0][l]};
-                const float wy[2] = {1 - share[1][l], share[1][l]};
-                const float wz[2] = {1 - share[2][l], share[2][l]};
-                for (int k = 0; k < 2; ++k)
-                    for (int j = 0; j < 2; ++j)
-                        for (int i = 0; i < 2; ++i) {
-                            const float w = wx[i] * wy[j] * wz[k];
-                            const Int4 fixed = __builtin_convertvector(value * w, Int4);
-                            momentum[px[i] + py[j] + pz[k]] +=
-                                __builtin_convertvector(fixed, Long4);
-                        }
-                if (sums.filling) {
-                    const float rho = density ? density[row * 16 + l] : in.mean_density;
-                    const float filling = rho > 0 ? mass[l] * in.filling_scale / rho : 0;
-                    const float scaled = keratin::min(filling, 64.0f) * kGridScale;
-                    for (int k = 0; k < 2; ++k)
-                        for (int j = 0; j < 2; ++j)
-                            for (int i = 0; i < 2; ++i)
-                                sums.filling[px[i] + py[j] + pz[k]] +=
-                                    std::int32_t(scaled * (wx[i] * wy[j] * wz[k]));
-                }
+            alignas(64) std::int32_t filling[8][kTileLanes];
+            if constexpr (volume) {
+                const Tile rho =
+                    density ? load<Tile>(density + row * 16, 0) : Tile(in.mean_density);
+                const auto known = Tile(0.0f) < rho;
+                const Tile share = select(
+                    known, carried * Tile(in.filling_scale) / select(known, rho, one), Tile(0.0f));
+                alignas(64) float scaled[kTileLanes];
+                store(min(share, most) * Tile(kGridScale), scaled, 0);
+                for (unsigned k = 0; k < 8; ++k)
+                    for (std::size_t l = 0; l < kTileLanes; ++l)
+                        filling[k][l] = std::int32_t(scaled[l] * weight[k][l]);
             }
+
+            for_each_lane(alive, [&](std::size_t l) {
+                std::uint32_t at[8];
+                cells.corners(l, at);
+                sums.touched[cells.brick[l]] = 1;
+                const Float4 v = value[l];
+                for (int k = 0; k < 8; ++k) {
+                    const Int4 fixed = __builtin_convertvector(v * weight[k][l], Int4);
+                    momentum[at[k]] += __builtin_convertvector(fixed, Long4);
+                }
+                if constexpr (volume)
+                    for (int k = 0; k < 8; ++k) fill[at[k]] += filling[k][l];
+            });
         }
     }
+}
+
+}  // namespace
+
+void grid_scatter(const Quad& quad, const ScatterInput& in, const GridSums& sums) {
+    if (sums.filling)
+        scatter<true>(quad, in, sums);
+    else
+        scatter<false>(quad, in, sums);
 }
 
 }  // namespace keratin::KERATIN_ISA

@@ -17,8 +17,8 @@ struct Capsule {
     float radius;
 };
 // As the strand section of the bench has them.
-const Capsule kCapsules[4] = {{{0, -0.02f, 0}, {0, 0.04f, 0}, 0.078f},
-                              {{0, -0.3f, 0}, {0, 0.18f, 0}, 0.05f},
+const Capsule kCapsules[4] = {{{0, -0.001f, 0}, {0, 0.002f, 0}, 0.078f},
+                              {{0, -0.3f, 0}, {0, 0.16f, 0}, 0.05f},
                               {{-0.2f, -0.35f, 0}, {0.15f, 0.1f, 0}, 0.06f},
                               {{0.2f, -0.35f, 0}, {-0.15f, 0.1f, 0}, 0.06f}};
 

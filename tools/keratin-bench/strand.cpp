@@ -36,8 +36,8 @@ void add_capsules(Settings& settings) {
     const auto capsule = [](std::array<float, 3> a, std::array<float, 3> b, float r) {
         return Collider{CapsuleCollider{a, b, r}, 0.3f};
     };
-    settings.colliders = {capsule({0, -0.02f, 0}, {0, 0.02f, 0}, 0.078f),
-                          capsule({0, -0.3f, 0}, {0, -0.12f, 0}, 0.05f),
+    settings.colliders = {capsule({0, -0.001f, 0}, {0, 0.001f, 0}, 0.078f),
+                          capsule({0, -0.3f, 0}, {0, -0.14f, 0}, 0.05f),
                           capsule({-0.2f, -0.35f, 0}, {-0.05f, -0.25f, 0}, 0.06f),
                           capsule({0.2f, -0.35f, 0}, {0.05f, -0.25f, 0}, 0.06f)};
 }

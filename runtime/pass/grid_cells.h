@@ -1,0 +1,76 @@
+// The cells of the grid that a row of a tile lies in, found for all of its lanes at once.
+#pragma once
+
+#include "runtime/formula/grid.h"
+#include "runtime/pass/grid.h"
+#include "runtime/pass/work.h"
+
+#include <bit>
+
+namespace keratin::KERATIN_ISA {
+
+using Tile = Lanes<kTileLanes>;
+
+struct Cells {
+    Tile share[3];                     // of the way to the next voxel along each axis
+    decltype(Tile() < Tile()) inside;  // lanes whose eight voxels lie in the grid
+    // Of the lowest voxel: its brick, its place, and how far the next one lies along each axis.
+    // Lanes outside have those of the first voxel.
+    alignas(64) std::uint32_t brick[kTileLanes], voxel[kTileLanes], next[3][kTileLanes];
+
+    KERATIN_ALWAYS_INLINE Cells(const GridShape& g, const Vec3<Tile>& x) {
+        const Tile position[3] = {x.x, x.y, x.z};
+        Tile whole[3];
+        for (int c = 0; c < 3; ++c) {
+            const Tile s = (position[c] - Tile(g.origin[c])) * Tile(g.inverse_spacing);
+            whole[c] = floor_of(s);
+            share[c] = s - whole[c];
+            // Comparisons that not-a-number fails.
+            const auto in =
+                (Tile(-0.5f) < whole[c]) & (whole[c] < Tile(float(g.bricks[c] * kBrickSide - 1)));
+            inside = c > 0 ? inside & in : in;
+        }
+        for (Tile& s : share) s = select(inside, s, Tile(0.0f));
+        alignas(64) std::int32_t cell[3][kTileLanes];
+        for (int c = 0; c < 3; ++c) {
+            alignas(64) float known[kTileLanes];
+            store(select(inside, whole[c], Tile(0.0f)), known, 0);
+            for (std::size_t l = 0; l < kTileLanes; ++l) cell[c][l] = std::int32_t(known[l]);
+        }
+        const std::uint32_t row = g.bricks[0], slab = row * g.bricks[1];
+        constexpr std::uint32_t kStep[3] = {1, kBrickSide, kBrickSide * kBrickSide};
+        const std::uint32_t to_brick[3] = {kBrickVoxels, kBrickVoxels * row, kBrickVoxels * slab};
+        for (std::size_t l = 0; l < kTileLanes; ++l) {
+            std::uint32_t in_brick = 0;
+            brick[l] = 0;
+            for (std::uint32_t c = 0; c < 3; ++c) {
+                const auto v = std::uint32_t(cell[c][l]), in = v % kBrickSide;
+                brick[l] += v / kBrickSide * (to_brick[c] / kBrickVoxels);
+                in_brick += in * kStep[c];
+                next[c][l] = in == kBrickSide - 1 ? to_brick[c] - in * kStep[c] : kStep[c];
+            }
+            voxel[l] = brick[l] * kBrickVoxels + in_brick;
+        }
+    }
+
+    // Place of corner k = x + 2 y + 4 z of lane l's cell.
+    KERATIN_ALWAYS_INLINE void corners(std::size_t l, std::uint32_t (&at)[8]) const {
+        const std::uint32_t x = next[0][l], y = next[1][l], z = next[2][l];
+        at[0] = voxel[l], at[1] = at[0] + x, at[2] = at[0] + y, at[3] = at[1] + y;
+        for (int k = 0; k < 4; ++k) at[k + 4] = at[k] + z;
+    }
+    // What corner k counts.
+    KERATIN_ALWAYS_INLINE Tile weight(unsigned k) const {
+        const auto part = [&](unsigned c) { return k >> c & 1 ? share[c] : Tile(1.0f) - share[c]; };
+        return part(0) * part(1) * part(2);
+    }
+};
+
+// Calls body(l) for each lane that is set.
+template <class Mask, class Body>
+KERATIN_ALWAYS_INLINE void for_each_lane(const Mask& mask, Body&& body) {
+    for (auto left = unsigned(lane_bits(mask)); left != 0; left &= left - 1)
+        body(std::size_t(std::countr_zero(left)));
+}
+
+}  // namespace keratin::KERATIN_ISA
