@@ -43,6 +43,7 @@ void place_contact(const ContactStrands& strands, double step, double start_dist
         contact.arm[0] =
             Vector3(0);  // METHODS 2.5: the force acts on the centre line, nothing rolls
         contact.arm[1] = Vector3(0);
+    contact.eased = 0;
         contact.obstacle_velocity = (surface_t1 - surface_t0) * (1 / step);
         allowed = std::max(
             allowed, (contact.distance - start_distance) * std::min(1.0, step / kPushOutTime));

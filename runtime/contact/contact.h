@@ -47,6 +47,7 @@ struct Contact {
         Vector3(0)};       // m, from the point on each centre line to the common point, at x_t
     double gap = 0;        // m, N.(p_0 - p_1)(x_t) - distance, with its bound (METHODS 2.7)
     double distance = 0;   // m, delta
+    double eased = 0;      // m, the part of the gap by which it was made to suit other contacts
     bool fresh = false;    // added by the last merge_contacts
     double shortfall = 0;  // m, > 0: what the end of the step lacks (refresh_contacts)
     double friction = 0;

@@ -17,6 +17,12 @@ namespace {
 constexpr std::uint32_t kGroups = 8;
 constexpr std::size_t kAlign = 8;  // numbers: columns and states start at multiples of 64 bytes
 constexpr std::uint32_t kResidualEvery = 4;  // sweeps
+// Contacts of one pair of strands press on numbers that the two share: there are more contacts than
+// numbers, and their gaps, each rounded and linearised alone, contradict each other by nanometres.
+// The law then holds only once sweeps have moved whole loads from one contact to the next, at a
+// rate that such a mismatch drives (thousands of sweeps). After so many sweeps, and again each time
+// so many later, a gap takes the value that the others leave it, within the leeway.
+constexpr std::uint32_t kEaseEvery = 16;
 constexpr double kUphill = 1.2;  // growth of the squared step at which the directions begin anew
 // Sweeps that do not bring the residual to this share of its best in so many more lead nowhere.
 constexpr double kProgress = 0.9;
@@ -195,7 +201,7 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
                     for (int k = 0; k < 6; ++k) batch.w[k][l] = k == 0 || k == 3 || k == 5 ? 1 : 0;
                     for (int k = 0; k < 3; ++k)
                         batch.constant[k][l] = k == 0 ? 1 : 0, batch.impulse[k][l] = 0;
-                    batch.friction[l] = 0;
+                    batch.friction[l] = batch.eased[l] = 0;
                     batch.side[0][l] = batch.side[1][l] = kNoSide;
                 }
             }
@@ -319,7 +325,7 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
 GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span<const double> v,
                                      std::span<const double> applied,
                                      const GaussSeidelSettings& settings,
-                                     std::span<double> impulses) {
+                                     std::span<double> impulses, std::span<double> eased) {
     Memory& m = *memory_;
     const std::size_t contacts = laws.size();
     GaussSeidelReport report;
@@ -341,6 +347,7 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
             batch.impulse[k][lane] = impulses[3 * c + k];
         }
         batch.friction[lane] = std::min(laws[c].friction, kMostFriction);
+        batch.eased[lane] = settings.leeway > 0 ? eased[c] : 0;
     }
     // The strands' numbers at v, and what the impulses not yet in v will add.
 #pragma omp parallel for num_threads(settings.threads) schedule(static)
@@ -442,6 +449,14 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
                          report.sweeps >= best_sweep + kPatience));
             }
             if (done) break;
+            if (settings.leeway > 0 && report.sweeps % kEaseEvery == 0) {
+#pragma omp for schedule(static, 1)
+                for (std::size_t b = 0; b < buckets; ++b)
+                    kernels.ease(view, m.buckets[b].first_batch, m.buckets[b].last_batch,
+                                 settings.leeway);
+#pragma omp single
+                last_square = std::numeric_limits<double>::infinity();
+            }
         }
 #pragma omp for schedule(static, 1)
         for (std::size_t b = 0; b < buckets; ++b) {
@@ -483,6 +498,7 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
     for (std::size_t c = 0; c < contacts; ++c) {
         const ContactBatch& batch = m.batches[m.batch_of[c] / kContactBatch];
         const std::uint32_t lane = m.batch_of[c] % kContactBatch;
+        if (settings.leeway > 0) eased[c] = batch.eased[lane];
         double change = 0;
         for (int k = 0; k < 3; ++k) {
             const double step = batch.impulse[k][lane] - impulses[3 * c + k];

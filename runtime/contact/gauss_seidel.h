@@ -29,6 +29,7 @@ struct GaussSeidelSettings {
     std::uint32_t least_sweeps = 1;
     double accepted = 8e-7;  // mean |f_FB| at which impulses are left as they are
     double residual = 1e-7;  // mean |f_FB| to sweep down to, else
+    double leeway = 0;  // m/s: change of a contact's constant[0] by which it may suit the others
     double velocity_scale = 1e-2, impulse_scale = 1;  // u* and u* times the mean vertex mass
     InstructionSet instruction_set = InstructionSet::automatic;
 };
@@ -57,9 +58,11 @@ class GaussSeidel {
 
     // Sweeps from impulses [3 * contacts] (contact frames), in place. v: velocities that contain
     // the impulses `applied` [3 * contacts]. Laws as at assemble, their constants may differ.
+    // eased: [contacts] m/s, by how much each constant[0] has been changed so far and, afterwards,
+    // has been changed in all; with a leeway of 0 not used.
     GaussSeidelReport solve(std::span<const ContactLaw> laws, std::span<const double> v,
                             std::span<const double> applied, const GaussSeidelSettings& settings,
-                            std::span<double> impulses);
+                            std::span<double> impulses, std::span<double> eased = {});
 
     // Bytes that W takes.
     std::size_t bytes() const;

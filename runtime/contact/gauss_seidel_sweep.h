@@ -18,6 +18,7 @@ struct alignas(64) ContactBatch {
     double constant[3][kContactBatch];  // m/s: gap over the step, minus the obstacle's velocity
     double friction[kContactBatch];
     double impulse[3][kContactBatch];      // N s, in the contact's frame
+    double eased[kContactBatch];           // m/s: change of constant[0] by `ease` so far
     std::uint32_t side[2][kContactBatch];  // index into SweepView::sides or kNoSide
 };
 
@@ -48,6 +49,9 @@ struct SweepKernels {
     double (*sweep)(const SweepView& view, std::size_t begin, std::size_t end);
     // Sum of |f_FB| over batches begin..end.
     double (*residual)(const SweepView& view, std::size_t begin, std::size_t end);
+    // Moves the gap of each pressing contact of batches begin..end to where it is met already, by
+    // at most `leeway` (m/s) in all calls together.
+    void (*ease)(const SweepView& view, std::size_t begin, std::size_t end, double leeway);
 };
 
 const SweepKernels& sweep_kernels(InstructionSet wanted);

@@ -104,8 +104,26 @@ double residual(const SweepView& view, std::size_t begin, std::size_t end) {
 }
 
 template <class Pack>
+void ease(const SweepView& view, std::size_t begin, std::size_t end, double leeway) {
+    const Pack most(leeway), least(-leeway);
+    for (std::size_t b = begin; b < end; ++b) {
+        ContactBatch& batch = view.batches[b];
+        alignas(64) double u[3][kContactBatch];
+        read_velocities(view, batch, u);
+        for (std::uint32_t l = 0; l < kContactBatch; l += Pack::width) {
+            const Pack before = Pack::load(batch.eased + l);
+            const Pack after = min(max(before - Pack::load(u[0] + l), least), most);
+            const auto pressing = Pack::load(batch.impulse[0] + l) > Pack(0.0);
+            const Pack eased = select(pressing, after, before);
+            (Pack::load(batch.constant[0] + l) + (eased - before)).store(batch.constant[0] + l);
+            eased.store(batch.eased + l);
+        }
+    }
+}
+
+template <class Pack>
 constexpr SweepKernels make_kernels() {
-    return {sweep<Pack>, residual<Pack>};
+    return {sweep<Pack>, residual<Pack>, ease<Pack>};
 }
 
 }  // namespace

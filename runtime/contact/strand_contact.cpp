@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <omp.h>
 
 namespace keratin {
@@ -48,6 +49,7 @@ struct StrandContact::Memory {
     std::vector<ContactFrame> frames;
     std::vector<SidePlace> places;
     std::vector<double> impulses, applied;  // [3 * contacts], contact frames
+    std::vector<double> eased;              // [contacts] m/s
     bool changed = true;                    // contacts since W was assembled
     bool unapplied = false;  // remembered impulses that the velocity does not contain yet
     ImpulsePass impulse_pass;
@@ -318,8 +320,21 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
         settings.velocity_scale = problem.gravity_speed;
         settings.impulse_scale = problem.gravity_speed * problem.mean_vertex_mass;
         settings.instruction_set = m.settings.instruction_set;
+        m.eased.resize(n);
+        double least_distance = std::numeric_limits<double>::infinity();
+        for (std::size_t c = 0; c < n; ++c) {
+            m.eased[c] = m.contacts[c].eased / problem.step;
+            least_distance = std::min(least_distance, m.contacts[c].distance);
+        }
+        settings.leeway = m.settings.gap_leeway * least_distance / problem.step;
         const GaussSeidelReport report =
-            m.gauss_seidel.solve(m.laws, v, m.applied, settings, m.impulses);
+            m.gauss_seidel.solve(m.laws, v, m.applied, settings, m.impulses, m.eased);
+        for (std::size_t c = 0; c < n; ++c) {
+            const double moved = m.eased[c] - m.contacts[c].eased / problem.step;
+            m.laws[c].constant[0] += moved;
+            m.contacts[c].gap += moved * problem.step;
+            m.contacts[c].eased = m.eased[c] * problem.step;
+        }
         m.report.sweeps += report.sweeps;
         change = report.change;
         residual = report.start;
