@@ -50,6 +50,12 @@ struct System {
         }
     }
 
+    Vector3 common_point(std::size_t c, int side) const {
+        const Contact& contact = contacts[c];
+        const std::uint32_t v = chains.first_vertex[contact.edge[side]];
+        return mix(chains.x_t0[v], chains.x_t0[v + 1], contact.parameter[side]) + contact.arm[side];
+    }
+
     std::vector<double> free_velocity() const {
         std::vector<double> v(numbers(), 0.0);
         for (std::size_t i = 0; i < chains.x_t0.size(); ++i) {
@@ -109,7 +115,11 @@ TEST_CASE("a contact's impulses keep linear and angular momentum") {
     std::mt19937 random(8);
     std::normal_distribution<double> normal;
     double linear = 0, angular = 0;
+    std::size_t joined = 0;
     for (std::size_t c = 0; c < s.laws.size(); ++c) {
+        // Points far aside of each other at x_t have no common point: see place_contact.
+        const bool common = length(s.common_point(c, 0) - s.common_point(c, 1)) < 1e-12;
+        joined += common;
         const double p[3] = {normal(random), normal(random), normal(random)};
         std::vector<double> impulse(s.numbers(), 0.0);
         for (std::uint32_t side = 0; side < s.laws[c].sides; ++side)
@@ -128,9 +138,10 @@ TEST_CASE("a contact's impulses keep linear and angular momentum") {
         }
         const double size = std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
         linear = std::max(linear, length(sum) / size);
-        angular = std::max(angular, length(moment) / arm);
+        if (common) angular = std::max(angular, length(moment) / arm);
     }
-    INFO("linear " << linear << ", angular " << angular);
+    INFO("linear " << linear << ", angular " << angular << " of " << joined << " contacts");
+    CHECK(joined > 20);
     CHECK(linear < 1e-12);
     CHECK(angular < 1e-12);
 }
