@@ -50,6 +50,7 @@ struct Contact {
     double eased = 0;      // m, the part of the gap by which it was made to suit other contacts
     bool fresh = false;    // added by the last merge_contacts
     double shortfall = 0;  // m, > 0: what the end of the step lacks (refresh_contacts)
+    std::uint32_t renewals = 0;  // how often it was taken anew in this step
     double friction = 0;
     Vector3 obstacle_velocity{0, 0, 0};  // m/s, of the collider's point
     Vector3 impulse{0, 0, 0};            // N s, on side 0; world axes

@@ -137,9 +137,9 @@ Meetings meet_segments(MovingSegment p, MovingSegment q, double delta, double sl
 }
 
 // The end of the step, where it is too close on the side that `first` found.
-bool meet_at_end(const MovingSegment& p, const MovingSegment& q, double delta, double tolerance,
-                 const Meetings& first, Meeting& out) {
-    const double target = std::min(delta, first.start_distance + 0.2 * delta) * (1 - tolerance);
+bool meet_at_end(const MovingSegment& p, const MovingSegment& q, double reach, double delta,
+                 double tolerance, const Meetings& first, Meeting& out) {
+    const double target = std::min(reach, first.start_distance + 0.2 * delta) - tolerance * delta;
     const MovingSegment p1 = at_time(p, 1), q1 = at_time(q, 1);
     const SegmentPair<double> pair = closest_segments(p1.a, p1.b, q1.a, q1.b);
     if (pair.squared_distance >= target * target || pair.squared_distance < kTouching * kTouching)
@@ -250,8 +250,22 @@ struct ColliderSearch {
         for (int i = 0; i < m.count; ++i)
             add(edge, m.at[i].s, m.at[i].normal,
                 mix(end.a, end.b, m.at[i].t) + radius * m.at[i].normal, m.time,
-                m.start_distance - radius, m.at[i].t > 0 && m.at[i].t < 1 ? 1 : 0);
+                m.start_distance - radius, element(m.at[i].t));
+        // An edge that lies along the solid at the end may lean on it in several places, each a
+        // point of the strand. They are told apart by the part of the edge.
+        constexpr double kParts = 8;
+        Meeting at;
+        if (m.count == 0 || !meet_at_end(world_edge(strands, edge), axis, radius + delta, delta,
+                                         settings.end_tolerance, m, at))
+            return;
+        for (int i = 0; i < m.count; ++i)
+            if (std::fabs(at.s - m.at[i].s) * kParts < 1) return;
+        const std::uint32_t part =
+            at.s > 0 && at.s < 1 ? 2 * (1 + static_cast<std::uint32_t>(at.s * kParts)) : 0;
+        add(edge, at.s, at.normal, mix(end.a, end.b, at.t) + radius * at.normal, 1,
+            m.start_distance - radius, part + element(at.t));
     }
+    static std::uint32_t element(double t) { return t > 0 && t < 1 ? 1 : 0; }
 
     template <class Distance>
     void vertex_against_solid(std::uint32_t edge, double parameter, const MovingSegment& e,
@@ -597,7 +611,7 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
             ContactKey last;
             for (int i = 0; i < meetings.count; ++i) last = add(meetings.at[i], meetings.time);
             Meeting end;
-            if (meet_at_end(p, q, delta, settings.end_tolerance, meetings, end)) {
+            if (meet_at_end(p, q, delta, delta, settings.end_tolerance, meetings, end)) {
                 const Place first = file_under(strands, e, end.s),
                             second = file_under(strands, f, end.t);
                 const ContactKey key{
@@ -739,12 +753,14 @@ United unite_contacts(const ContactStrands& strands, std::vector<Contact>& conta
 
 std::size_t refresh_contacts(const ContactStrands& strands, std::span<const MovingShape> colliders,
                              const DetectionSettings& settings, std::span<Contact> contacts) {
+    constexpr std::uint32_t kMostRenewals = 6;  // of a contact in a step
     std::size_t changed = 0;
     const int threads = std::max(1, settings.threads);
 #pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : changed)
     for (std::size_t i = 0; i < contacts.size(); ++i) {
         Contact& c = contacts[i];
         c.shortfall = 0;
+        if (c.renewals >= kMostRenewals) continue;
         MovingSegment p = world_edge(strands, c.edge[0]), q{};
         double delta = c.distance, surface = 0;
         const bool start_first = (c.key.feature & kStartOfFirst) != 0;
@@ -767,8 +783,9 @@ std::size_t refresh_contacts(const ContactStrands& strands, std::span<const Movi
         double s = start_first ? 0 : c.parameter[0], t = c.parameter[1];
         if (start_first && start_second) {
             t = 0;
-        } else if (start_first) {
-            t = closest_on_segment(p1.a, q1.a, q1.b);
+        } else if (start_first || c.against_collider) {
+            s = c.parameter[0];
+            t = closest_on_segment(mix(p1.a, p1.b, s), q1.a, q1.b);
         } else if (start_second) {
             t = 0;
             s = closest_on_segment(q1.a, p1.a, p1.b);
@@ -796,6 +813,7 @@ std::size_t refresh_contacts(const ContactStrands& strands, std::span<const Movi
                                : Vector3(0);
         place_contact(strands, settings.step, start_distance - surface, surface_t0, surface_t1, c);
         c.shortfall = target - reached;
+        ++c.renewals;
         ++changed;
     }
     return changed;

@@ -468,14 +468,15 @@ struct Solver {
     // them, it would base the next one on strands that have run into each other.) Returns whether it
     // converged.
     bool iterate_scene(const ContactProblem& p, RodStepReport& report) {
-        // Contacts that the impulses cause are looked for each time the velocities have come this
-        // near (in tolerances), long before the iteration ends.
+        // Contacts that the impulses cause are looked for once the velocities have come this near (in
+        // tolerances), long before the iteration ends, and every other time until there are none.
         constexpr double kNear = 1e3;
         // Impulses that the pass cannot bring under the law while the velocities stand still never
         // will be; after so many iterations this step is given up.
         constexpr std::uint32_t kIdle = 8;
         std::uint32_t idle = 0;
-        bool near = false, look = true;
+        bool look = true, quiet = false;
+        std::uint32_t looked = 0;
         const auto count = static_cast<std::ptrdiff_t>(blocks.block_count());
         const Inverse inverse(*this);
         ContactPass pass;
@@ -505,6 +506,8 @@ struct Solver {
                 start = seconds();
                 const std::size_t added = r.contact->detect(p, r.contact_v.span());
                 r.stats.collision_detection += seconds() - start;
+                looked = k;
+                quiet = k > 0 && added == 0;
                 if (settled && added == 0) {
                     report.contacts = static_cast<std::uint32_t>(pass.contacts);
                     report.mean_impulse_change = pass.contacts == 0 ? 0 : pass.mean_change;
@@ -533,8 +536,8 @@ struct Solver {
             report.mean_change = change / static_cast<double>(std::max<std::size_t>(1, blocks.first.size()));
             r.convergence.push_back({report.mean_change, pass.mean_change});
             const bool nearer = report.mean_change < kNear * r.settings.tolerance;
-            look = nearer && !near;
-            near = nearer;
+            quiet = quiet && nearer;
+            look = nearer && !quiet && k > looked;
             ++report.contact_iterations;
             r.stats.dynamics += seconds() - start;
             if (failed != 0) return false;
