@@ -71,7 +71,9 @@ template <bool exact, class Pack>
     using Pack3 = Vec3<Pack>;
     const Pack zero(0.0f), one(1.0f);
     Pack3 out = x;
-    Pack hits = zero;
+    Pack hits = zero, hit_by = zero;
+    // Lanes whose way out is not known to end outside of what they hit.
+    auto unsure = zero < zero;
     for (std::uint32_t k = 0; k < near.count; ++k) {
         const ColliderShapeData& shape = near.shape(k);
         const ColliderPose& pose = near.pose(k);
@@ -84,9 +86,21 @@ template <bool exact, class Pack>
             const Pack3 at = out + (exact ? way_out(t, l, normal, push) : normal * push);
             const Pack3 surface_before = times(pose.from_now, at) + splat<Pack>(pose.from_place);
             const Pack3 slide = surface_before - b.x_previous(i);
-            const Pack3 moved = at + friction_move(slide, normal, push, Pack(shape.friction));
+            const Pack3 held = friction_move(slide, normal, push, Pack(shape.friction));
+            Pack3 moved = at + held;
+            if constexpr (exact) {
+                // In the tangent plane of a convex shape a point is outside.
+                const auto in_plane = zero < plane_room(t, l, normal, push);
+                const Pack3 way = (at - parent) * (one / max(l, Pack(1e-9f)));
+                moved = select(in_plane, parent + turned_along(way, l, normal, held) * l, moved);
+                if constexpr (kind == ShapeKind::grid)
+                    unsure = unsure | inside;
+                else
+                    unsure = unsure | (zero < select(in_plane, zero, push));
+            }
             out = select(inside, moved, out);
             hits = select(inside, hits + one, hits);
+            hit_by = select(inside, Pack(float(k)), hit_by);
         });
     }
     const Pack3 shift = out - x;
@@ -100,9 +114,13 @@ template <bool exact, class Pack>
     };
     auto deep = zero < hits;
     put_back(deep);
-    // A way w along the sphere about the parent ends about w^2 / 2l off the tangent plane: mostly
-    // that is nothing, and nothing is left to be done.
-    deep = deep & ((l * Pack(kDeepEnough) < dot(shift, shift)) | (one < hits));
+    unsure = unsure | (one < hits);
+    for (std::uint32_t k = 0; k < near.count && near.count > 1; ++k)
+        with_shape(near.shape(k).kind, [&]<ShapeKind kind>() {
+            const Pack other = abs(hit_by - Pack(float(k)));
+            unsure = unsure | ((zero < other) & reached<kind>(near.shape(k), near.pose(k), x));
+        });
+    deep = deep & unsure;
     for (int round = 0; round < kRounds && any(deep); ++round) {
         out = x;
         Pack hit = zero;

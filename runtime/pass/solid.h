@@ -96,22 +96,28 @@ KERATIN_ALWAYS_INLINE Pack kept_distance(const ColliderShapeData& s, const Part<
     return min(kept, own_distance<kind>(s, rest, ignored));
 }
 
-// Whether any point of x can lie in the collider: exact for capsules but for rounding, without
-// their root.
+// Points of x that can lie in the collider: exact for capsules but for rounding, without their
+// root.
+template <ShapeKind kind, class Pack>
+KERATIN_ALWAYS_INLINE auto reached(const ColliderShapeData& s, const ColliderPose& pose,
+                                   const Vec3<Pack>& x) {
+    if constexpr (kind == ShapeKind::capsule) {
+        const float reach = (s.radius + s.distance) * 1.00001f;
+        return capsule_square(x, splat<Pack>(pose.core), splat<Pack>(pose.core_way),
+                              Pack(s.inverse_square)) < Pack(reach * reach);
+    } else {
+        Vec3<Pack> ignored;
+        return own_distance<kind>(s, times(pose.to_own, x - splat<Pack>(pose.place)), ignored) <
+               Pack(s.distance);
+    }
+}
+
+// Whether any of them does.
 template <ShapeKind kind, class Pack>
 KERATIN_ALWAYS_INLINE bool reaches(const ColliderShapeData& s, const ColliderPose& pose,
                                    const Vec3<Pack>& x) {
     const Vec3<Pack> from = x - splat<Pack>(pose.middle);
-    if (!any(dot(from, from) < Pack(pose.reach_square))) return false;
-    if constexpr (kind == ShapeKind::capsule) {
-        const float reach = (s.radius + s.distance) * 1.00001f;
-        return any(capsule_square(x, splat<Pack>(pose.core), splat<Pack>(pose.core_way),
-                                  Pack(s.inverse_square)) < Pack(reach * reach));
-    } else {
-        Vec3<Pack> ignored;
-        return any(own_distance<kind>(s, times(pose.to_own, x - splat<Pack>(pose.place)), ignored) <
-                   Pack(s.distance));
-    }
+    return any(dot(from, from) < Pack(pose.reach_square)) && any(reached<kind>(s, pose, x));
 }
 
 // How deep x lies in the collider, and the way out in the world.

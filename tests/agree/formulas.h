@@ -46,13 +46,15 @@ inline constexpr int kInputs = 16, kOutputs = 4;
     X(stiffest_joint, out(stiffest_joint(s(12))))                                                  \
     X(longest_turn, out(longest_turn(s(12))))                                                      \
     X(resolved_move, out(resolved_move(v(0), v(1), abs(s(12)))))                                   \
-    X(bend_pull, out(bend_pull(abs(s(12)), s(13), abs(s(14)), abs(s(15)))))                         \
+    X(bend_pull, out(bend_pull(abs(s(12)), s(13), abs(s(14)), abs(s(15)))))                        \
     X(bend_lever, out(bend_lever(v(0), v(1))))                                                     \
     X(minimal_turn, out(minimal_turn(n(0), n(1), v(2))))                                           \
     X(bend_sweep, out(bend_sweep(v(0), v(1))))                                                     \
     X(inverse_point_mass, out(inverse_point_mass(abs(s(12)), abs(s(13)))))                         \
     X(pull_to_parent, out(pull_to_parent(v(0), abs(s(12)))))                                       \
     X(way_out, out(way_out(n(0), abs(s(12)), n(1), abs(s(13)))))                                   \
+    X(plane_room, out(plane_room(n(0), abs(s(12)), n(1), abs(s(13)))))                             \
+    X(turned_along, out(turned_along(n(0), number(1) + abs(s(12)), n(1), v(2))))                   \
     X(friction_move, out(friction_move(v(0), n(1), s(12), abs(s(13)))))                            \
     X(volume_acceleration, out(volume_acceleration(v(0), s(12), abs(s(13)))))                      \
     X(rubbed, out(rubbed(v(0), v(1), s(12))))                                                      \

@@ -146,12 +146,21 @@ void NaiveStrands::small_step(float h, std::size_t first, std::size_t count) {
         V now = parent + along * l[i];
         const V free = now;
         int hits = 0;
+        const Capsule* hit = nullptr;
+        bool deep = false;
         for (const Capsule& c : kCapsules) {
             V normal;
             const float depth = -distance(c, now, normal);
             if (depth <= 0) continue;
+            const bool in_plane = plane_room(along, l[i], normal, depth) > 0;
             now += way_out(along, l[i], normal, depth);
-            now += friction_move(previous[i] - now, normal, depth, 0.3f);
+            const V held = friction_move(previous[i] - now, normal, depth, 0.3f);
+            if (in_plane)
+                now = parent + turned_along((now - parent) * (1 / l[i]), l[i], normal, held) * l[i];
+            else
+                now += held;
+            deep = deep || !in_plane || hits > 0;
+            hit = &c;
             ++hits;
         }
         if (hits > 0) {
@@ -159,7 +168,10 @@ void NaiveStrands::small_step(float h, std::size_t first, std::size_t count) {
             before += shift;
             along = normalize_or(now - parent, along);
             now = parent + along * l[i];
-            bool deep = hits > 1 || dot(shift, shift) > l[i] * 2e-6f;
+            for (const Capsule& c : kCapsules) {
+                V ignored;
+                deep = deep || (&c != hit && distance(c, now, ignored) < 0);
+            }
             for (int round = 0; deep && round < 16; ++round) {
                 deep = false;
                 V out = now;
