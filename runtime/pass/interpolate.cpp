@@ -42,7 +42,7 @@ constexpr std::size_t kStage = 1024;
 constexpr std::size_t kLongest = kBakeMaxPoints;
 
 // Round to nearest even, with denormals and infinities: the same as the instruction.
-std::uint16_t to_half(float value) {
+[[maybe_unused]] std::uint16_t to_half(float value) {
     std::uint32_t f;
     std::memcpy(&f, &value, 4);
     const std::uint32_t sign = f >> 16 & 0x8000u;
@@ -62,18 +62,23 @@ std::uint16_t to_half(float value) {
     return std::uint16_t(sign | ((rounded - 0x38000000u) >> 13));
 }
 
-void write_half(const float* from, std::size_t count, std::uint16_t* to) {
-    std::size_t i = 0;
+KERATIN_ALWAYS_INLINE void store_half(const Native& x, std::uint16_t* to) {
 #if defined(__AVX512F__)
-    for (; i + 16 <= count; i += 16)
-        _mm256_storeu_si256(reinterpret_cast<__m256i*>(to + i),
-                            _mm512_cvtps_ph(_mm512_loadu_ps(from + i), _MM_FROUND_TO_NEAREST_INT));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
+                        _mm512_cvtps_ph(x.v, _MM_FROUND_TO_NEAREST_INT));
 #elif defined(__F16C__)
-    for (; i + 8 <= count; i += 8)
-        _mm_storeu_si128(reinterpret_cast<__m128i*>(to + i),
-                         _mm256_cvtps_ph(_mm256_loadu_ps(from + i), _MM_FROUND_TO_NEAREST_INT));
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(to),
+                     _mm256_cvtps_ph(x.v, _MM_FROUND_TO_NEAREST_INT));
+#else
+    float v[Native::kLanes];
+    x.store(v);
+    for (int i = 0; i < Native::kLanes; ++i) to[i] = to_half(v[i]);
 #endif
-    for (; i < count; ++i) to[i] = to_half(from[i]);
+}
+template <class T>
+KERATIN_ALWAYS_INLINE void store_half(const Pair<T>& x, std::uint16_t* to) {
+    store_half(x.a, to);
+    store_half(x.b, to + T::kLanes);
 }
 
 // Whole cache lines past the cache, the ragged ends through it.
@@ -135,13 +140,16 @@ struct Factors {
     }
 };
 
+KERATIN_ALWAYS_INLINE void put(const Chunk& x, float* to) { store(x, to, 0); }
+KERATIN_ALWAYS_INLINE void put(const Chunk& x, std::uint16_t* to) { store_half(x, to); }
+
 // The rest pose carried, and the weighted displacement of three guides added, point for point,
 // where `moved`. Reads kBefore floats before `rest`, and up to kAfter behind the end of it and of
 // the lines.
 constexpr std::size_t kBefore = 2, kAfter = kChunk + 2;
-template <bool moved>
+template <bool moved, class T>
 KERATIN_ALWAYS_INLINE void carry(const Factors& f, const float* rest, const float* const line[3],
-                                 const float* weight, std::size_t count, float* out) {
+                                 const float* weight, std::size_t count, T* out) {
     const Chunk wa(moved ? weight[0] : 0), wb(moved ? weight[1] : 0), wc(moved ? weight[2] : 0);
     for (std::size_t i = 0; i < count; i += 3 * kChunk)
         for (std::size_t k = 0; k < 3; ++k) {
@@ -153,7 +161,7 @@ KERATIN_ALWAYS_INLINE void carry(const Factors& f, const float* rest, const floa
             if constexpr (moved)
                 x = x + (wa * load<Chunk>(line[0] + at, 0) + wb * load<Chunk>(line[1] + at, 0) +
                          wc * load<Chunk>(line[2] + at, 0));
-            store(x, out + at, 0);
+            put(x, out + at);
         }
 }
 
@@ -196,66 +204,68 @@ void write_tangents(const float* x, std::uint32_t count, float* out) {
     }
 }
 
-}  // namespace
-
-void interpolate(const StrandBatch& b, std::uint32_t begin, std::uint32_t end) {
+// Strands begin .. end - 1 to `to`, which is all strands' positions, as float or as half.
+template <class T>
+void interpolate_as(const StrandBatch& b, std::uint32_t begin, std::uint32_t end, T* to) {
+    constexpr bool half = sizeof(T) == 2;
     alignas(64) float copy[kBefore + kLongest * 3 + kAfter];
-    alignas(64) float stage[(kStage + kLongest + 32) * 3];
-    alignas(64) std::uint16_t halves[(kStage + kLongest) * 3];
-    std::size_t staged = 0;  // floats
+    alignas(64) T stage[(kStage + kLongest) * 3 + kChunk];
+    alignas(64) float one[half ? kLongest * 3 + kChunk : 1];
+    std::size_t staged = 0;  // numbers
     std::size_t out = std::size_t{b.first_point[begin]} * 3;
     // Half floats keep eleven bits: they count from the middle of the body.
     const float world[3] = {};
-    const float* center = b.half ? b.half_center : world;
+    const float* center = half ? b.half_center : world;
     Factors factors(Rotation(b.root + begin * b.root_stride, center));
 
     for (std::uint32_t s = begin; s < end; ++s) {
         if (b.root_stride != 0 && s > begin)
             factors = Factors(Rotation(b.root + s * b.root_stride, center));
         const std::uint32_t first = b.first_point[s], count = b.first_point[s + 1] - first;
-        const std::size_t floats = std::size_t{count} * 3;
+        const std::size_t numbers = std::size_t{count} * 3;
         // What stands before and behind a strand meets factors of zero; the array's own ends have
         // nothing there.
         const float* rest = b.rest + std::size_t{first} * 3;
         if (std::size_t{first} * 3 < kBefore ||
-            std::size_t{first} * 3 + floats + kAfter > b.points * 3) {
+            std::size_t{first} * 3 + numbers + kAfter > b.points * 3) {
             std::memset(copy, 0, sizeof copy);
-            std::memcpy(copy + kBefore, rest, floats * sizeof(float));
+            std::memcpy(copy + kBefore, rest, numbers * sizeof(float));
             rest = copy + kBefore;
         }
-        float* x = stage + staged;
-        if (b.line) {
-            const std::uint32_t* guide = b.guide + std::size_t{s} * 3;
-            const float* w = b.weight + std::size_t{s} * 3;
-            if (!b.fraction && b.guide_point_count[guide[0]] == count &&
-                b.guide_point_count[guide[1]] == count && b.guide_point_count[guide[2]] == count) {
-                const float* line[3];
-                for (int k = 0; k < 3; ++k)
-                    line[k] = b.line + line_first(b.tile_first_row, guide[k]);
-                carry<true>(factors, rest, line, w, floats, x);
-            } else {
-                carry<false>(factors, rest, nullptr, nullptr, floats, x);
+        const std::uint32_t* guide = b.guide + std::size_t{s} * 3;
+        const float* w = b.weight + std::size_t{s} * 3;
+        const bool alike = b.line && !b.fraction && b.guide_point_count[guide[0]] == count &&
+                           b.guide_point_count[guide[1]] == count &&
+                           b.guide_point_count[guide[2]] == count;
+        const auto fill = [&](auto* x) {
+            if (!alike) return carry<false>(factors, rest, nullptr, nullptr, numbers, x);
+            const float* line[3];
+            for (int k = 0; k < 3; ++k) line[k] = b.line + line_first(b.tile_first_row, guide[k]);
+            carry<true>(factors, rest, line, w, numbers, x);
+        };
+        const auto fill_floats = [&](float* x) {
+            fill(x);
+            if (b.line && !alike)
                 for (int k = 0; k < 3; ++k) add_line(b, guide[k], w[k], first, count, x);
-            }
+            if (b.tangent) write_tangents(x, count, b.tangent + std::size_t{first} * 3);
+        };
+        T* place = stage + staged;
+        if constexpr (!half) {
+            fill_floats(place);
+        } else if (b.tangent || (b.line && !alike)) {
+            fill_floats(one);
+            for (std::size_t i = 0; i < numbers; i += kChunk)
+                put(load<Chunk>(one + i, 0), place + i);
         } else {
-            carry<false>(factors, rest, nullptr, nullptr, floats, x);
+            fill(place);
         }
-        if (b.tangent) write_tangents(x, count, b.tangent + std::size_t{first} * 3);
-        staged += floats;
+        staged += numbers;
 
         if (staged >= kStage * 3 || s + 1 == end) {
-            if (b.half) {
-                if (b.stream) {
-                    write_half(stage, staged, halves);
-                    stream_out(halves, staged, b.half + out);
-                } else {
-                    write_half(stage, staged, b.half + out);
-                }
-            } else if (b.stream) {
-                stream_out(stage, staged, b.position + out);
-            } else {
-                std::memcpy(b.position + out, stage, staged * sizeof(float));
-            }
+            if (b.stream)
+                stream_out(stage, staged, to + out);
+            else
+                std::memcpy(to + out, stage, staged * sizeof(T));
             out += staged;
             staged = 0;
         }
@@ -263,6 +273,15 @@ void interpolate(const StrandBatch& b, std::uint32_t begin, std::uint32_t end) {
 #if defined(__SSE2__)
     if (b.stream) _mm_sfence();
 #endif
+}
+
+}  // namespace
+
+void interpolate(const StrandBatch& b, std::uint32_t begin, std::uint32_t end) {
+    if (b.half)
+        interpolate_as(b, begin, end, b.half);
+    else
+        interpolate_as(b, begin, end, b.position);
 }
 
 }  // namespace keratin::KERATIN_ISA
