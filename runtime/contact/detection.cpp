@@ -136,6 +136,14 @@ Meetings meet_segments(MovingSegment p, MovingSegment q, double delta, double sl
     return out;
 }
 
+// Whether the points s of p and t of q begin the step on the two sides that the normal says: no
+// less apart along it than half the distance that the segments have. A normal found at the end of a
+// step that leads one through the other does not.
+bool apart_at_start(const MovingSegment& p, const MovingSegment& q, double s, double t,
+                    const Vector3& normal, double distance) {
+    return dot(normal, mix(p.a, p.b, s) - mix(q.a, q.b, t)) >= 0.5 * distance;
+}
+
 // The end of the step, where it is too close on the side that `first` found.
 bool meet_at_end(const MovingSegment& p, const MovingSegment& q, double reach, double delta,
                  double tolerance, const Meetings& first, Meeting& out) {
@@ -146,7 +154,9 @@ bool meet_at_end(const MovingSegment& p, const MovingSegment& q, double reach, d
         return false;
     const Vector3 n = normal_between(p1, q1, pair.s, pair.t, first.at[0].normal);
     constexpr double kSameSide = 0.2;  // cosine; less may have passed through
-    if (dot(n, first.at[0].normal) < kSameSide) return false;
+    if (dot(n, first.at[0].normal) < kSameSide ||
+        !apart_at_start(p, q, pair.s, pair.t, n, std::min(reach, first.start_distance)))
+        return false;
     out = {pair.s, pair.t, n};
     return true;
 }
@@ -753,7 +763,7 @@ United unite_contacts(const ContactStrands& strands, std::vector<Contact>& conta
 
 std::size_t refresh_contacts(const ContactStrands& strands, std::span<const MovingShape> colliders,
                              const DetectionSettings& settings, std::span<Contact> contacts) {
-    constexpr std::uint32_t kMostRenewals = 6;  // of a contact in a step
+    constexpr std::uint32_t kMostRenewals = 3;  // of a contact in a step
     std::size_t changed = 0;
     const int threads = std::max(1, settings.threads);
 #pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : changed)
@@ -802,7 +812,9 @@ std::size_t refresh_contacts(const ContactStrands& strands, std::span<const Movi
         const double along = dot(n, c.normal);
         if (along < 0) n = -n;
         const double reached = along < 0 ? -d : d;
-        if (reached >= target - settings.end_tolerance * c.distance) continue;
+        if (reached >= target - settings.end_tolerance * c.distance ||
+            !apart_at_start(p, q, s, t, n, std::min(delta, start_distance)))
+            continue;
         c.parameter[0] = s;
         c.parameter[1] = t;
         c.normal = n;
