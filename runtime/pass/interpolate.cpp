@@ -97,72 +97,139 @@ void stream_out(const T* from, std::size_t count, T* to) {
     for (; i < count; ++i) to[i] = from[i];
 }
 
-// y = R x for points x, y, z, x, y, z, ... without taking them apart: every output is a sum over
-// the inputs up to two places away, with factors of period 3.
-struct Rotation {
-    alignas(64) float factor[5][48];
-    alignas(64) float offset[48];
+// Floats that are worked on at a time; three chunks are 16 points.
+using Chunk = Lanes<16>;
+constexpr std::size_t kChunk = 16;
 
-    // Offsets count from `center`.
-    Rotation(const float* root, const float* center) {
+// R x + t - center for points x, y, z, x, y, z, ... All instruction sets add up in the same order,
+// from +0, so that zeros have the same sign.
+class Carrier {
+  public:
+    // What `carry` reads before its points and behind them.
+    static constexpr std::size_t kBefore = 2, kAfter = 3 * kChunk;
+
+    Carrier(const float* root, const float* center) {
         const Vec4<float> q(root[0], root[1], root[2], root[3]);
         const Vec3<float> column[3] = {rotate(q, Vec3<float>(1, 0, 0)),
                                        rotate(q, Vec3<float>(0, 1, 0)),
                                        rotate(q, Vec3<float>(0, 0, 1))};
-        for (int i = 0; i < 48; ++i) {
-            const int c = i % 3;
-            for (int o = -2; o <= 2; ++o) {
-                const int from = c + o;
-                float f = 0;
-                if (from >= 0 && from < 3)
-                    f = c == 0 ? column[from].x : c == 1 ? column[from].y : column[from].z;
-                factor[o + 2][i] = f;
-            }
-            offset[i] = root[4 + c] - center[c];
+        const float matrix[3][3] = {{column[0].x, column[1].x, column[2].x},
+                                    {column[0].y, column[1].y, column[2].y},
+                                    {column[0].z, column[1].z, column[2].z}};
+        const float offset[3] = {root[4] - center[0], root[5] - center[1], root[6] - center[2]};
+        set(matrix, offset);
+    }
+
+#if defined(__AVX512F__)
+    // Chunk k of the 16 points at p.
+    struct Carried {
+        Chunk chunk[3];
+
+        KERATIN_ALWAYS_INLINE Carried(const Carrier& f, const float* p) {
+            Chunk in[3], out[3];
+            apart(load<Chunk>(p, 0), load<Chunk>(p + kChunk, 0), load<Chunk>(p + 2 * kChunk, 0),
+                  in);
+            for (int r = 0; r < 3; ++r)
+                out[r] = Chunk(0.0f) + f.factor_[r][0] * in[0] + f.factor_[r][1] * in[1] +
+                         f.factor_[r][2] * in[2] + f.offset_[r];
+            together(out, chunk);
+        }
+        KERATIN_ALWAYS_INLINE const Chunk& operator[](std::size_t k) const { return chunk[k]; }
+    };
+
+  private:
+    Chunk factor_[3][3], offset_[3];
+
+    void set(const float (&matrix)[3][3], const float (&offset)[3]) {
+        for (int r = 0; r < 3; ++r) {
+            for (int c = 0; c < 3; ++c) factor_[r][c] = Chunk(matrix[r][c]);
+            offset_[r] = Chunk(offset[r]);
         }
     }
-};
 
-// Floats that are worked on at a time.
-using Chunk = Lanes<16>;
-constexpr std::size_t kChunk = 16;
+    // Three chunks of points to x, y and z of 16 points, and back. An index of 16 or more is of the
+    // second operand.
+    static KERATIN_ALWAYS_INLINE Chunk pick(Chunk a, __m512i index, Chunk b) {
+        return _mm512_permutex2var_ps(a.v, index, b.v);
+    }
+    static KERATIN_ALWAYS_INLINE void apart(Chunk a, Chunk b, Chunk c, Chunk (&out)[3]) {
+        const __m512i ab[3] = {
+            _mm512_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 0, 0, 0, 0, 0),
+            _mm512_setr_epi32(1, 4, 7, 10, 13, 16, 19, 22, 25, 28, 31, 0, 0, 0, 0, 0),
+            _mm512_setr_epi32(2, 5, 8, 11, 14, 17, 20, 23, 26, 29, 0, 0, 0, 0, 0, 0)};
+        const __m512i with_c[3] = {
+            _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 17, 20, 23, 26, 29),
+            _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 18, 21, 24, 27, 30),
+            _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 31)};
+        for (int k = 0; k < 3; ++k) out[k] = pick(pick(a, ab[k], b), with_c[k], c);
+    }
+    static KERATIN_ALWAYS_INLINE void together(const Chunk (&in)[3], Chunk (&out)[3]) {
+        const __m512i xy[3] = {
+            _mm512_setr_epi32(0, 16, 0, 1, 17, 0, 2, 18, 0, 3, 19, 0, 4, 20, 0, 5),
+            _mm512_setr_epi32(21, 0, 6, 22, 0, 7, 23, 0, 8, 24, 0, 9, 25, 0, 10, 26),
+            _mm512_setr_epi32(0, 11, 27, 0, 12, 28, 0, 13, 29, 0, 14, 30, 0, 15, 31, 0)};
+        const __m512i with_z[3] = {
+            _mm512_setr_epi32(0, 1, 16, 3, 4, 17, 6, 7, 18, 9, 10, 19, 12, 13, 20, 15),
+            _mm512_setr_epi32(0, 21, 2, 3, 22, 5, 6, 23, 8, 9, 24, 11, 12, 25, 14, 15),
+            _mm512_setr_epi32(26, 1, 2, 27, 4, 5, 28, 7, 8, 29, 10, 11, 30, 13, 14, 31)};
+        for (int k = 0; k < 3; ++k) out[k] = pick(pick(in[0], xy[k], in[1]), with_z[k], in[2]);
+    }
+#else
+    // Without taking the points apart: every number is a sum over those up to two places away, with
+    // factors of period 3.
+    struct Carried {
+        const Carrier& f;
+        const float* p;
 
-// The factors of a Rotation, in registers where there are enough.
-struct Factors {
-    Chunk factor[3][5], offset[3];
+        KERATIN_ALWAYS_INLINE Carried(const Carrier& carrier, const float* at)
+            : f(carrier), p(at) {}
+        KERATIN_ALWAYS_INLINE Chunk operator[](std::size_t k) const {
+            Chunk x(0.0f);
+            for (int o = 0; o < 5; ++o)
+                x = x + f.factor_[k][o] * load<Chunk>(p + k * kChunk + o - 2, 0);
+            return x + f.offset_[k];
+        }
+    };
 
-    KERATIN_ALWAYS_INLINE explicit Factors(const Rotation& r) {
+  private:
+    Chunk factor_[3][5], offset_[3];
+
+    void set(const float (&matrix)[3][3], const float (&offset)[3]) {
+        alignas(64) float factors[5][3 * kChunk] = {}, offsets[3 * kChunk];
+        for (int i = 0; i < int(3 * kChunk); ++i) {
+            const int row = i % 3;
+            for (int c = 0; c < 3; ++c) factors[2 + c - row][i] = matrix[row][c];
+            offsets[i] = offset[row];
+        }
         for (std::size_t k = 0; k < 3; ++k) {
-            for (std::size_t o = 0; o < 5; ++o)
-                factor[k][o] = load<Chunk>(r.factor[o] + k * kChunk, 0);
-            offset[k] = load<Chunk>(r.offset + k * kChunk, 0);
+            for (int o = 0; o < 5; ++o) factor_[k][o] = load<Chunk>(factors[o] + k * kChunk, 0);
+            offset_[k] = load<Chunk>(offsets + k * kChunk, 0);
         }
     }
+#endif
 };
 
 KERATIN_ALWAYS_INLINE void put(const Chunk& x, float* to) { store(x, to, 0); }
 KERATIN_ALWAYS_INLINE void put(const Chunk& x, std::uint16_t* to) { store_half(x, to); }
 
 // The rest pose carried, and the weighted displacement of three guides added, point for point,
-// where `moved`. Reads kBefore floats before `rest`, and up to kAfter behind the end of it and of
-// the lines.
-constexpr std::size_t kBefore = 2, kAfter = kChunk + 2;
+// where `moved`. Reads of `rest` what a Carrier does, and up to kLineBehind behind the lines' end.
 template <bool moved, class T>
-KERATIN_ALWAYS_INLINE void carry(const Factors& f, const float* rest, const float* const line[3],
+KERATIN_ALWAYS_INLINE void carry(const Carrier& f, const float* rest, const float* const line[3],
                                  const float* weight, std::size_t count, T* out) {
     const Chunk wa(moved ? weight[0] : 0), wb(moved ? weight[1] : 0), wc(moved ? weight[2] : 0);
-    for (std::size_t i = 0; i < count; i += 3 * kChunk)
+    for (std::size_t i = 0; i < count; i += 3 * kChunk) {
+        const Carrier::Carried carried(f, rest + i);
         for (std::size_t k = 0; k < 3; ++k) {
             const std::size_t at = i + k * kChunk;
             if (at >= count) return;
-            const float* p = rest + at;
-            const auto near = [&](int o) { return f.factor[k][o + 2] * load<Chunk>(p + o, 0); };
-            Chunk x = near(-2) + near(-1) + near(0) + near(1) + near(2) + f.offset[k];
+            Chunk x = carried[k];
             if constexpr (moved)
                 x = x + (wa * load<Chunk>(line[0] + at, 0) + wb * load<Chunk>(line[1] + at, 0) +
                          wc * load<Chunk>(line[2] + at, 0));
             put(x, out + at);
         }
+    }
 }
 
 // Adds the weighted displacement of one guide whose points do not stand at the strand's fractions.
@@ -208,6 +275,7 @@ void write_tangents(const float* x, std::uint32_t count, float* out) {
 template <class T>
 void interpolate_as(const StrandBatch& b, std::uint32_t begin, std::uint32_t end, T* to) {
     constexpr bool half = sizeof(T) == 2;
+    constexpr std::size_t kBefore = Carrier::kBefore, kAfter = Carrier::kAfter;
     alignas(64) float copy[kBefore + kLongest * 3 + kAfter];
     alignas(64) T stage[(kStage + kLongest) * 3 + kChunk];
     alignas(64) float one[half ? kLongest * 3 + kChunk : 1];
@@ -216,11 +284,10 @@ void interpolate_as(const StrandBatch& b, std::uint32_t begin, std::uint32_t end
     // Half floats keep eleven bits: they count from the middle of the body.
     const float world[3] = {};
     const float* center = half ? b.half_center : world;
-    Factors factors(Rotation(b.root + begin * b.root_stride, center));
+    Carrier carrier(b.root + begin * b.root_stride, center);
 
     for (std::uint32_t s = begin; s < end; ++s) {
-        if (b.root_stride != 0 && s > begin)
-            factors = Factors(Rotation(b.root + s * b.root_stride, center));
+        if (b.root_stride != 0 && s > begin) carrier = Carrier(b.root + s * b.root_stride, center);
         const std::uint32_t first = b.first_point[s], count = b.first_point[s + 1] - first;
         const std::size_t numbers = std::size_t{count} * 3;
         // What stands before and behind a strand meets factors of zero; the array's own ends have
@@ -238,10 +305,10 @@ void interpolate_as(const StrandBatch& b, std::uint32_t begin, std::uint32_t end
                            b.guide_point_count[guide[1]] == count &&
                            b.guide_point_count[guide[2]] == count;
         const auto fill = [&](auto* x) {
-            if (!alike) return carry<false>(factors, rest, nullptr, nullptr, numbers, x);
+            if (!alike) return carry<false>(carrier, rest, nullptr, nullptr, numbers, x);
             const float* line[3];
             for (int k = 0; k < 3; ++k) line[k] = b.line + line_first(b.tile_first_row, guide[k]);
-            carry<true>(factors, rest, line, w, numbers, x);
+            carry<true>(carrier, rest, line, w, numbers, x);
         };
         const auto fill_floats = [&](float* x) {
             fill(x);

@@ -83,6 +83,22 @@ TEST_CASE("the result does not depend on threads or instruction set") {
     }
 }
 
+TEST_CASE("render strands of any length are the same on all instruction sets") {
+    const std::uint32_t points = GENERATE(5u, 16u, 21u);
+    scenes::GroomOptions options;
+    options.guide_every = 3;
+    Settings settings = single_thread();
+    settings.output = GENERATE(OutputPrecision::float32, OutputPrecision::float16);
+    settings.instruction_set = InstructionSet::baseline;
+    const std::uint64_t expected = shake(settings, 30, options, points).hash;
+    for (InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512}) {
+        if (usable_instruction_set(set) != set) continue;
+        settings.instruction_set = set;
+        INFO(points << " points, set " << int(set));
+        CHECK(shake(settings, 30, options, points).hash == expected);
+    }
+}
+
 TEST_CASE("the path of a tip hardly depends on the frame rate") {
     scenes::GroomOptions options;
     options.group.strand.damping = {0.1f};
