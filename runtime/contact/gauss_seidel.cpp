@@ -15,7 +15,7 @@ namespace {
 // Groups of strands; contacts within a group and between two groups are swept together. Fixed, so
 // that the order of work does not depend on the threads; bounds how many can be busy.
 constexpr std::uint32_t kGroups = 8;
-constexpr std::size_t kAlign = 8;  // numbers: columns and states start at multiples of 64 bytes
+constexpr std::size_t kAlign = 8;            // numbers: columns and states start at multiples of 8
 constexpr std::uint32_t kResidualEvery = 4;  // sweeps
 // Contacts of one pair of strands press on numbers that the two share: there are more contacts than
 // numbers, and their gaps, each rounded and linearised alone, contradict each other by nanometres.
@@ -46,6 +46,7 @@ struct AlignedAllocator {
     }
 };
 using AlignedNumbers = std::vector<double, AlignedAllocator<double>>;
+using AlignedFloats = std::vector<float, AlignedAllocator<float>>;
 
 std::uint32_t rounded_up(std::size_t n) {
     return static_cast<std::uint32_t>((n + kAlign - 1) / kAlign * kAlign);
@@ -75,7 +76,9 @@ struct GaussSeidel::Memory {
     std::vector<std::uint32_t> touched;     // strands with contacts
     std::vector<std::uint32_t> side_order;  // 2 * contact + side, strand by strand
     std::vector<SweepSide> sides;           // by 2 * contact + side
-    AlignedNumbers columns, state;
+    // Floats: a sweep reads them all, and what they lack the next pass's velocities make good.
+    AlignedFloats columns;
+    AlignedNumbers state;
     AlignedNumbers impulse_before, impulse_along, state_before, state_along;  // of solve
     std::vector<double> rows;  // 21 a side, for dense strands
     std::vector<ContactBatch, AlignedAllocator<ContactBatch>> batches;
@@ -94,7 +97,7 @@ GaussSeidel& GaussSeidel::operator=(GaussSeidel&&) noexcept = default;
 
 std::size_t GaussSeidel::bytes() const {
     const Memory& m = *memory_;
-    return (m.columns.size() + m.state.size() + m.rows.size()) * sizeof(double) +
+    return m.columns.size() * sizeof(float) + (m.state.size() + m.rows.size()) * sizeof(double) +
            m.batches.size() * sizeof(ContactBatch) + m.sides.size() * sizeof(SweepSide);
 }
 
@@ -262,15 +265,16 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
                     for (const std::uint32_t s : members) {
                         const Memory::StrandPart& part = m.strands[s];
                         if (place >= part.side_count) continue;
-                        double* column = m.columns.data() + part.columns +
-                                         (3 * static_cast<std::size_t>(place) + k) * part.rows;
+                        float* column = m.columns.data() + part.columns +
+                                        (3 * static_cast<std::size_t>(place) + k) * part.rows;
                         std::uint32_t written = 0;
                         if (part.dense) {
                             const std::size_t numbers =
                                 4 * static_cast<std::size_t>(layout.vertex_count[s]);
                             const std::size_t first = layout.first[s] - begin;
                             for (std::size_t i = 0; i < numbers; ++i)
-                                column[written++] = values[first + i * layout.lanes];
+                                column[written++] =
+                                    static_cast<float>(values[first + i * layout.lanes]);
                         } else {
                             for (std::uint32_t j = 0; j < part.side_count; ++j) {
                                 const std::uint32_t other = m.side_order[part.first_side + j];
@@ -282,7 +286,8 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
                                                static_cast<std::size_t>(i) * rows.stride];
                                     for (int d = 0; d < 3; ++d) u[d] += rows.weight[d][i] * x;
                                 }
-                                for (int d = 0; d < 3; ++d) column[written++] = u[d];
+                                for (int d = 0; d < 3; ++d)
+                                    column[written++] = static_cast<float>(u[d]);
                             }
                         }
                         while (written < part.rows) column[written++] = 0;
@@ -302,8 +307,8 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
                 if (places[2 * c + a].strand != places[2 * c + b].strand) continue;
                 const SweepSide &read = m.sides[2 * c + a], &from = m.sides[2 * c + b];
                 for (int col = 0; col < 3; ++col) {
-                    const double* column = m.columns.data() + from.column +
-                                           static_cast<std::size_t>(col) * from.rows + read.read;
+                    const float* column = m.columns.data() + from.column +
+                                          static_cast<std::size_t>(col) * from.rows + read.read;
                     for (int row = 0; row < 3; ++row) {
                         if (read.dense == 0) {
                             w[row][col] += column[row];
@@ -371,7 +376,7 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
             for (int d = 0; d < 3; ++d) {
                 const double missing = impulses[3 * (k / 2) + d] - applied[3 * (k / 2) + d];
                 if (missing == 0) continue;
-                const double* column =
+                const float* column =
                     m.columns.data() + m.sides[k].column + static_cast<std::size_t>(d) * part.rows;
                 for (std::uint32_t row = 0; row < part.rows; ++row)
                     state[row] += missing * column[row];

@@ -38,8 +38,8 @@ struct SweepSide {
 struct SweepView {
     ContactBatch* batches;
     const SweepSide* sides;
-    const double* columns;  // aligned to 64
-    double* state;          // aligned to 64
+    const float* columns;  // aligned to 32
+    double* state;         // aligned to 64
     const double* rows_of;
     double velocity_scale, impulse_scale;  // 1 / u*, 1 / (u* mean mass), METHODS 2.10
 };

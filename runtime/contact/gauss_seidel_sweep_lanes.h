@@ -20,9 +20,9 @@ inline void read_side(const SweepView& view, const SweepSide& side, double out[3
 
 template <class Pack>
 void push_side(const SweepView& view, const SweepSide& side, double d0, double d1, double d2) {
-    const double* c0 = view.columns + side.column;
-    const double* c1 = c0 + side.rows;
-    const double* c2 = c1 + side.rows;
+    const float* c0 = view.columns + side.column;
+    const float* c1 = c0 + side.rows;
+    const float* c2 = c1 + side.rows;
     double* s = view.state + side.state;
     const Pack p0(d0), p1(d1), p2(d2);
     for (std::uint32_t i = 0; i < side.rows; i += Pack::width)

@@ -31,6 +31,7 @@ struct Double1 {
     Double1() = default;
     KERATIN_LANE_INLINE Double1(double a) : v(a) {}
     KERATIN_LANE_INLINE static Double1 load(const double* p) { return *p; }
+    KERATIN_LANE_INLINE static Double1 load(const float* p) { return static_cast<double>(*p); }
     KERATIN_LANE_INLINE void store(double* p) const { *p = v; }
     KERATIN_LANE_INLINE friend Double1 operator+(Double1 a, Double1 b) { return a.v + b.v; }
     KERATIN_LANE_INLINE friend Double1 operator-(Double1 a, Double1 b) { return a.v - b.v; }
@@ -71,6 +72,7 @@ struct Double4 {
     KERATIN_LANE_INLINE Double4(__m256d a) : v(a) {}
     KERATIN_LANE_INLINE Double4(double a) : v(_mm256_set1_pd(a)) {}
     KERATIN_LANE_INLINE static Double4 load(const double* p) { return _mm256_load_pd(p); }
+    KERATIN_LANE_INLINE static Double4 load(const float* p) { return _mm256_cvtps_pd(_mm_load_ps(p)); }
     KERATIN_LANE_INLINE void store(double* p) const { _mm256_store_pd(p, v); }
     KERATIN_LANE_INLINE friend Double4 operator+(Double4 a, Double4 b) { return _mm256_add_pd(a.v, b.v); }
     KERATIN_LANE_INLINE friend Double4 operator-(Double4 a, Double4 b) { return _mm256_sub_pd(a.v, b.v); }
@@ -130,6 +132,7 @@ struct Double8 {
     KERATIN_LANE_INLINE Double8(__m512d a) : v(a) {}
     KERATIN_LANE_INLINE Double8(double a) : v(_mm512_set1_pd(a)) {}
     KERATIN_LANE_INLINE static Double8 load(const double* p) { return _mm512_load_pd(p); }
+    KERATIN_LANE_INLINE static Double8 load(const float* p) { return _mm512_cvtps_pd(_mm256_load_ps(p)); }
     KERATIN_LANE_INLINE void store(double* p) const { _mm512_store_pd(p, v); }
     KERATIN_LANE_INLINE friend Double8 operator+(Double8 a, Double8 b) { return _mm512_add_pd(a.v, b.v); }
     KERATIN_LANE_INLINE friend Double8 operator-(Double8 a, Double8 b) { return _mm512_sub_pd(a.v, b.v); }

