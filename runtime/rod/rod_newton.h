@@ -39,6 +39,7 @@ struct RodWorkspace {
     std::uint64_t version = 0;     // of the factors, counts up
     std::uint32_t failed = 0;      // lanes that Newton's method gave up
     std::uint32_t indefinite = 0;  // lanes whose whole Hessian was not positive in this step
+    std::uint32_t lost = 0;        // lanes that were not finite in some part of this step
     PerLane<std::uint32_t> iterations{};
     PerLane<double> change{};      // m/s: |dv| / dim v of the last iteration
     PerLane<double> last_change{};

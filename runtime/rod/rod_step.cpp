@@ -244,16 +244,17 @@ struct Solver {
     }
 
     // The result becomes the state of the lanes in `mask`.
-    void commit(RodWorkspace& w, std::size_t b, std::uint32_t mask, const Part& part, RodStepReport& report) {
+    void commit(RodWorkspace& w, std::size_t b, std::uint32_t mask, const Part& part) {
         const std::size_t begin = blocks.block_first[b], count = blocks.rows(b);
         const bool midpoint = r.settings.integrator == RodIntegrator::midpoint;
         const std::uint8_t* free = blocks.free_lanes.data() + begin / lanes;
         PerLane<double> sum{};
-        for (std::size_t k = 0; k < 4 * count * lanes; ++k) sum[k % lanes] += std::fabs(w.v[k]);
+        for (std::size_t k = 0; k < 4 * count * lanes; ++k)
+            sum[k % lanes] += std::fabs(w.v[k]) + std::fabs(blocks.x[begin + k]);
         for (std::uint32_t l = 0; l < lanes; ++l) {
             if (!has(mask, l) || std::isfinite(sum[l])) continue;
             mask &= ~(1u << l);
-            ++report.lost;
+            w.lost |= 1u << l;
             for (std::size_t i = 0; i < 4 * count; ++i) blocks.v[begin + i * lanes + l] = 0;
         }
         for (std::size_t i = 0; i < 4 * count; ++i)
@@ -340,7 +341,7 @@ struct Solver {
         count(w, mask, report);
         const std::uint32_t open = (w.running | w.failed) & mask;
         const bool last = depth >= r.settings.halvings;
-        commit(w, b, last ? mask : mask & ~open, part, report);
+        commit(w, b, last ? mask : mask & ~open, part);
         if (open == 0) return;
         if (last) {
             report.at_cap += static_cast<std::uint32_t>(std::popcount(open));
@@ -363,6 +364,7 @@ struct Solver {
 
     void advance_block(RodWorkspace& w, std::size_t b, double h, RodStepReport& report) {
         std::uint32_t left = blocks.used_lanes(b);
+        w.lost = 0;
         while (left != 0) {
             const auto first = static_cast<std::uint32_t>(std::countr_zero(left));
             const std::uint32_t n = pieces(blocks.strand_of_lane[b * lanes + first]);
@@ -373,6 +375,7 @@ struct Solver {
                 advance(w, b, mask, {h / n, double(k) / n, double(k + 1) / n}, 0, report);
             left &= ~mask;
         }
+        report.lost += static_cast<std::uint32_t>(std::popcount(w.lost));
     }
 
     // ---- with contact: all strands together -------------------------------------------------------
@@ -576,7 +579,7 @@ struct Solver {
         start = seconds();
         for (std::ptrdiff_t b = 0; b < count; ++b) {
             Solver::count(*r.work[b], r.work[b]->used, report);
-            commit(*r.work[b], b, r.work[b]->used, part, report);
+            commit(*r.work[b], b, r.work[b]->used, part);
         }
         r.stats.prepare += seconds() - start;
     }
@@ -628,8 +631,10 @@ RodStepReport take_step(RodStepper& r, double h) {
     if (r.contact != nullptr) {
         std::uint32_t n = 1;
         for (std::size_t s = 0; s < r.blocks.shapes.size(); ++s) n = std::max(n, solver.pieces(s));
+        for (auto& w : r.work) w->lost = 0;
         for (std::uint32_t k = 0; k < n; ++k)
             solver.advance_scene({h / n, double(k) / n, double(k + 1) / n}, h, 0, report);
+        for (const auto& w : r.work) report.lost += static_cast<std::uint32_t>(std::popcount(w->lost));
     } else {
         const double start = seconds();
 #pragma omp parallel for num_threads(solver.threads()) schedule(dynamic)

@@ -285,6 +285,17 @@ TEST_CASE("input that cannot be used is refused and named") {
     CHECK(same_bits(before, rods.numbers()));
 }
 
+TEST_CASE("a strand that stops being finite is lost once a step and lets the others be") {
+    const std::vector<RodStrand> three(3, straight(5, 0.05));
+    RodSimulation rods = make(three, {}), two = make(std::span(three).first(2), {});
+    const_cast<double&>(rods.numbers()[rods.layout().index(2, 3, 1)]) = std::nan("");
+    for (int k = 0; k < 3; ++k) {
+        CHECK(rods.step(1e-3)->lost == 1);
+        CHECK(two.step(1e-3)->lost == 0);
+        CHECK(rods.points(1) == two.points(1));
+    }
+}
+
 TEST_CASE("a curved strand is as stiff about its rest shape as the elastica") {
     // Castigliano: a quarter circle clamped at one end, pulled at the other along the clamp's tangent,
     // gives way by pi/4 P R^3/EI
