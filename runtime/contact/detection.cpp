@@ -256,6 +256,10 @@ struct ColliderSearch {
         const MovingSegment axis = world_axis(collider);
         const Meetings m =
             meet_segments(world_edge(strands, edge), axis, radius + delta, kSnap * delta);
+        if (m.count > 0 && m.start_distance < radius) {
+            push_aside(edge, m.at[0].s, axis, m.at[0].t);
+            return;
+        }
         const MovingSegment end = at_time(axis, 1);
         for (int i = 0; i < m.count; ++i)
             add(edge, m.at[i].s, m.at[i].normal,
@@ -274,6 +278,29 @@ struct ColliderSearch {
             at.s > 0 && at.s < 1 ? 2 * (1 + static_cast<std::uint32_t>(at.s * kParts)) : 0;
         add(edge, at.s, at.normal, mix(end.a, end.b, at.t) + radius * at.normal, 1,
             m.start_distance - radius, part + element(at.t));
+    }
+    // An edge that begins the step inside leaves sideways. The nearest way out would be along the
+    // strand wherever it runs towards the middle, two ways from there on, and tear it apart.
+    void push_aside(std::uint32_t edge, double s, const MovingSegment& axis, double t) {
+        constexpr double kSideways = 1e-3;  // of the way out, less is a strand through the middle
+        const MovingSegment e = world_edge(strands, edge);
+        const Vector3 p = mix(e.a, e.b, s), along = e.b - e.a, from = p - mix(axis.a, axis.b, t);
+        const double l = length(along), radius = collider.shape.radius;
+        const Vector3 tangent = l > 0 ? along * (1 / l) : Vector3(1, 0, 0);
+        Vector3 normal = from - dot(from, tangent) * tangent;
+        const double aside = length(normal);
+        if (aside < kSideways * radius) {
+            // The same way for all edges of a straight strand, whatever their rounding.
+            const Vector3 way = std::fabs(tangent.x) < 0.9 ? Vector3(1, 0, 0) : Vector3(0, 1, 0);
+            normal = way - dot(way, tangent) * tangent;
+        }
+        normal = normal * (1 / length(normal));
+        const double b = dot(from, normal);
+        const double depth =
+            std::sqrt(std::max(b * b - squared_length(from) + radius * radius, 0.0)) - b;
+        add(edge, s, normal,
+            to_world(collider.pose_t1, to_local(collider.pose_t0, p + depth * normal)), 0, -depth,
+            element(t));
     }
     static std::uint32_t element(double t) { return t > 0 && t < 1 ? 1 : 0; }
 
@@ -784,6 +811,8 @@ std::size_t refresh_contacts(const ContactStrands& strands, std::span<const Movi
             q = world_axis(collider);
             surface = collider.shape.radius;
             delta += surface;
+            if (closest_segments(p.a, p.b, q.a, q.b).squared_distance < surface * surface)
+                continue;  // on its way out: see push_aside
         } else {
             q = world_edge(strands, c.edge[1]);
         }

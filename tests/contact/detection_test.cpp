@@ -289,3 +289,31 @@ TEST_CASE("contacts of neighbouring edges that stand at one place are made one")
     CHECK(near[0].edge[0] == 0);
     CHECK(near[0].impulse.y == 2);
 }
+
+TEST_CASE("a strand that begins inside a sphere leaves sideways, all of it on one side") {
+    const MovingShape sphere{{ShapeKind::sphere, {0, 0, 0}, {0, 0, 0}, 0.02, nullptr}, {}, {}};
+    for (const double aside : {0.0, 2e-3}) {
+        Chains c;
+        c.add(line({-0.051, aside, 0}, {0.049, aside, 0}, 20), {0, 0, 0}, r);
+        const auto found = find(c, one(sphere));
+        REQUIRE(found.size() > 5);
+        for (const FoundContact& f : found) {
+            CHECK(std::fabs(f.contact.normal.x) < 1e-9);
+            CHECK(dot(f.contact.normal, found[0].contact.normal) == Approx(1));
+            CHECK(f.contact.gap < -0.199 * r);
+        }
+    }
+}
+
+TEST_CASE(
+    "an edge along a sphere that ends too deep away from its contact gets another one there") {
+    // It touches with its left end first and ends level, its middle and right end too deep.
+    const MovingShape sphere{{ShapeKind::sphere, {0, -1, 0}, {0, 0, 0}, 1, nullptr}, {}, {}};
+    Chains c;
+    c.add({{-2e-3, 1e-4, 0}, {2e-3, 1e-3, 0}}, {0, 0, 0}, r);
+    c.x_t1[0].y = 2e-5;
+    c.x_t1[1].y = 2e-5;
+    const auto found = find(c, one(sphere));
+    REQUIRE(found.size() == 2);
+    CHECK(std::fabs(found[0].contact.parameter[0] - found[1].contact.parameter[0]) > 0.3);
+}
