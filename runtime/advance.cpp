@@ -131,7 +131,6 @@ bool fill_grid(Simulation::State& s, GridView& view, double h) {
 
     const float unit = std::max(std::sqrt(fastest), 1e-9f);
     const std::size_t bricks = g.brick_count();
-    const bool with_volume = s.shape.volume;
     std::vector<GridSums>& sums = s.grid_sums;
     const double strands_per_guide =
         s.info.guide_count > 0
@@ -178,8 +177,8 @@ bool fill_grid(Simulation::State& s, GridView& view, double h) {
     view.field = s.grid_field.data();
     view.step = float(h);
     view.previous_step = float(s.previous_step);
-    view.friction = s.settings.passes.grid_friction;
-    view.volume = with_volume;
+    view.friction = s.shape.friction;
+    view.volume = s.shape.volume;
     view.limit = kVolumeLimit * g.spacing * 3600.0f;
     return true;
 }

@@ -17,7 +17,8 @@ struct RunShape {
     std::uint32_t strands = 0, points = 0;  // of the largest level of detail
     bool one_motion = true;                 // a single transform carries every root
     bool by_triangle = false;
-    bool volume = false, half = false, tangents = false, previous = false, simulated = true;
+    bool friction = false, volume = false, half = false, tangents = false, previous = false,
+         simulated = true;
     std::uint32_t grid_bricks_along = 0;
     std::uint32_t classes = 0;
 };

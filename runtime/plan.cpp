@@ -199,6 +199,7 @@ RunShape run_shape(const AssetInfo& info, const AssetFields& fields, const Setti
     s.threads = std::uint32_t(thread_count(settings.threads));
     s.strands = std::uint32_t(std::floor(double(info.strand_count) * double(settings.lod) + 1e-6));
     s.points = s.strands == 0 ? 0 : fields.strand_first_point[s.strands];
+    s.friction = settings.passes.grid_friction && any_above_zero(info, &StrandParameters::friction);
     s.volume = settings.passes.grid_volume && any_above_zero(info, &StrandParameters::volume);
     s.half = settings.output == OutputPrecision::float16;
     s.tangents = settings.tangents;
@@ -246,9 +247,10 @@ std::uint64_t buffer_bytes(BufferId id, const RunShape& s) {
             return ((s.simulated ? std::uint64_t{s.tiles} * kTileLanes : 0) + s.strands) *
                    sizeof(std::uint32_t);
         case BufferId::grid_sum:
-            return s.threads * bricks * kBrickVoxels * (s.volume ? 5 : 4) * sizeof(std::int64_t);
+            return s.threads * bricks * kBrickVoxels * ((s.friction ? 4 : 0) + (s.volume ? 1 : 0)) *
+                   sizeof(std::int64_t);
         case BufferId::grid_field:
-            return bricks * kBrickVoxels * 4 * sizeof(float);
+            return bricks * kBrickVoxels * grid_field_floats(s.friction) * sizeof(float);
         case BufferId::grid_brick:
             return (s.threads + 1) * bricks;
         case BufferId::collider:
@@ -286,12 +288,10 @@ Result<SolverPlan> make_plan(const AssetInfo& info, const AssetFields& fields,
     Need simulate{shape.simulated && info.guide_count > 0,
                   shape.simulated ? "the asset has no guides"
                                   : "attach is `all`: every point follows its root"};
-    const bool by_hand_friction = !on.grid_friction;
-    const bool friction = on.grid_friction && any_above_zero(info, &StrandParameters::friction);
-    Need grid{simulate.wanted && (friction || shape.volume), ""};
+    Need grid{simulate.wanted && (shape.friction || shape.volume), ""};
     if (!simulate.wanted)
         grid.reason = simulate.reason;
-    else if (by_hand_friction || !on.grid_volume)
+    else if (!on.grid_friction || !on.grid_volume)
         grid.reason = "friction or volume switched off, the other 0 in every group or off";
     else
         grid.reason = "no friction and no volume in any group";

@@ -58,7 +58,8 @@ void allocate(Simulation::State& s) {
         s.root_end.allocate(floats, host);
     }
     if (planned(BufferId::strand_root))
-        s.strand_root.allocate((shape.one_motion ? 1 : std::size_t{shape.strands}) * kRootFloats, host);
+        s.strand_root.allocate((shape.one_motion ? 1 : std::size_t{shape.strands}) * kRootFloats,
+                               host);
     if (planned(BufferId::guide_line)) s.line.allocate(point_lanes * 3 + kLineBehind, host);
     if (planned(BufferId::strand_position)) {
         if (shape.half)
@@ -66,30 +67,33 @@ void allocate(Simulation::State& s) {
         else
             s.strand_position.allocate(std::size_t{shape.points} * 3, host);
     }
-    if (planned(BufferId::strand_tangent)) s.strand_tangent.allocate(std::size_t{shape.points} * 3, host);
+    if (planned(BufferId::strand_tangent))
+        s.strand_tangent.allocate(std::size_t{shape.points} * 3, host);
     if (planned(BufferId::strand_previous)) {
         if (shape.half)
             s.strand_half_previous.allocate(std::size_t{shape.points} * 3, host);
         else
             s.strand_previous.allocate(std::size_t{shape.points} * 3, host);
     }
-    if (planned(BufferId::mesh_position)) s.mesh_next.allocate(std::size_t{shape.vertices} * 3, host);
+    if (planned(BufferId::mesh_position))
+        s.mesh_next.allocate(std::size_t{shape.vertices} * 3, host);
     if (planned(BufferId::triangle_slot)) {
-        if (shape.simulated) s.guide_triangle_slot.allocate(std::size_t{shape.tiles} * kTileLanes, host);
+        if (shape.simulated)
+            s.guide_triangle_slot.allocate(std::size_t{shape.tiles} * kTileLanes, host);
         s.strand_triangle_slot.allocate(shape.strands, host);
     }
     if (planned(BufferId::grid_sum)) {
         const std::size_t bricks = std::size_t{shape.grid_bricks_along} * shape.grid_bricks_along *
                                    shape.grid_bricks_along;
         const std::size_t voxels = bricks * kBrickVoxels;
-        s.grid_momentum.allocate(voxels * 4 * shape.threads, host);
+        if (shape.friction) s.grid_momentum.allocate(voxels * 4 * shape.threads, host);
         if (shape.volume) s.grid_filling.allocate(voxels * shape.threads, host);
-        s.grid_field.allocate(voxels * 4, host);
+        s.grid_field.allocate(voxels * grid_field_floats(shape.friction), host);
         s.grid_touched.allocate(bricks * shape.threads, host);
         s.grid_live.allocate(bricks, host);
         for (std::size_t t = 0; t < shape.threads; ++t) {
             GridSums sums;
-            sums.momentum = s.grid_momentum.data() + t * voxels * 4;
+            sums.momentum = shape.friction ? s.grid_momentum.data() + t * voxels * 4 : nullptr;
             sums.filling = shape.volume ? s.grid_filling.data() + t * voxels : nullptr;
             sums.touched = s.grid_touched.data() + t * bricks;
             s.grid_sums.push_back(sums);
@@ -169,8 +173,7 @@ void mean_values(Simulation::State& s) {
 
 // Render strands have not moved: the step before is as this one, from strand `first` on.
 void stand_still(Simulation::State& s, std::uint32_t first = 0) {
-    const std::size_t from =
-        first > 0 ? std::size_t{s.fields.strand_first_point[first]} * 3 : 0;
+    const std::size_t from = first > 0 ? std::size_t{s.fields.strand_first_point[first]} * 3 : 0;
     if (s.strand_previous.size() > 0)
         std::copy(s.strand_position.span().begin() + from, s.strand_position.span().end(),
                   s.strand_previous.data() + from);

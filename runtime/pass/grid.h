@@ -31,9 +31,10 @@ inline constexpr float kGridScale = 16777216.0f;  // 2^24
 
 // What one thread adds to.
 struct GridSums {
-    std::int64_t* momentum = nullptr;  // [voxels][4]: mass, mass * displacement / unit
-    std::int64_t* filling = nullptr;   // [voxels]: volume share, null without volume preservation
-    std::uint8_t* touched = nullptr;   // [bricks]: a point's lowest voxel lies here
+    // [voxels][4]: mass, mass * displacement / unit; null without friction
+    std::int64_t* momentum = nullptr;
+    std::int64_t* filling = nullptr;  // [voxels]: volume share, null without volume preservation
+    std::uint8_t* touched = nullptr;  // [bricks]: a point's lowest voxel lies here
 };
 
 struct ScatterInput {
@@ -46,10 +47,13 @@ struct ScatterInput {
     const float* density = nullptr;              // tiled as lengths; null: mean_density
 };
 
+// Numbers of a voxel that the gather reads: with friction its mean displacement comes first.
+constexpr std::size_t grid_field_floats(bool friction) { return friction ? 4 : 1; }
+
 // Mean displacement of each voxel (m per small step) and its filling, ready to be read.
 struct GridView {
     GridShape shape;
-    const float* field = nullptr;  // [voxels][4]: mean displacement, filling
+    const float* field = nullptr;  // [voxels][grid_field_floats]: mean displacement, filling
     float step = 0;                // s, of the step to come
     float previous_step = 0;       // s, that the displacements belong to
     bool friction = false, volume = false;

@@ -30,7 +30,7 @@ void transpose(const Tile (&component)[4], Float4 (&lane)[kTileLanes]) {
     }
 }
 
-template <bool volume>
+template <bool friction, bool volume>
 void scatter(const Quad& quad, const ScatterInput& in, const GridSums& sums) {
     Long4* const momentum = reinterpret_cast<Long4*>(sums.momentum);
     std::int64_t* const fill = sums.filling;
@@ -57,12 +57,16 @@ void scatter(const Quad& quad, const ScatterInput& in, const GridSums& sums) {
             const Tile below =
                 row + 1 < quad.rows ? load<Tile>(length + (row + 1) * 16, 0) : Tile(0.0f);
             const Tile carried = (load<Tile>(length + row * 16, 0) + below) * Tile(0.5f);
-            const Tile mass = min(carried * Tile(in.mass_scale), most) * Tile(kGridScale);
-            // Points faster than the unit count as if they moved by it.
-            const auto motion = [&](const Tile& d) { return min(max(d * unit, -one), one) * mass; };
-            const Vec3<Tile> moved = now - load3<Tile>(q + row * 48, 0);
             Float4 value[kTileLanes];
-            transpose({mass, motion(moved.x), motion(moved.y), motion(moved.z)}, value);
+            if constexpr (friction) {
+                const Tile mass = min(carried * Tile(in.mass_scale), most) * Tile(kGridScale);
+                // Points faster than the unit count as if they moved by it.
+                const auto motion = [&](const Tile& d) {
+                    return min(max(d * unit, -one), one) * mass;
+                };
+                const Vec3<Tile> moved = now - load3<Tile>(q + row * 48, 0);
+                transpose({mass, motion(moved.x), motion(moved.y), motion(moved.z)}, value);
+            }
 
             alignas(64) std::int32_t filling[8][kTileLanes];
             if constexpr (volume) {
@@ -82,10 +86,12 @@ void scatter(const Quad& quad, const ScatterInput& in, const GridSums& sums) {
                 std::uint32_t at[8];
                 cells.corners(l, at);
                 sums.touched[cells.brick[l]] = 1;
-                const Float4 v = value[l];
-                for (int k = 0; k < 8; ++k) {
-                    const Int4 fixed = __builtin_convertvector(v * weight[k][l], Int4);
-                    momentum[at[k]] += __builtin_convertvector(fixed, Long4);
+                if constexpr (friction) {
+                    const Float4 v = value[l];
+                    for (int k = 0; k < 8; ++k) {
+                        const Int4 fixed = __builtin_convertvector(v * weight[k][l], Int4);
+                        momentum[at[k]] += __builtin_convertvector(fixed, Long4);
+                    }
                 }
                 if constexpr (volume)
                     for (int k = 0; k < 8; ++k) fill[at[k]] += filling[k][l];
@@ -97,10 +103,12 @@ void scatter(const Quad& quad, const ScatterInput& in, const GridSums& sums) {
 }  // namespace
 
 void grid_scatter(const Quad& quad, const ScatterInput& in, const GridSums& sums) {
-    if (sums.filling)
-        scatter<true>(quad, in, sums);
+    if (!sums.filling)
+        scatter<true, false>(quad, in, sums);
+    else if (sums.momentum)
+        scatter<true, true>(quad, in, sums);
     else
-        scatter<false>(quad, in, sums);
+        scatter<false, true>(quad, in, sums);
 }
 
 }  // namespace keratin::KERATIN_ISA

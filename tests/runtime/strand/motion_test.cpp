@@ -83,10 +83,11 @@ TEST_CASE("the result does not depend on threads or instruction set") {
     }
 }
 
-TEST_CASE("render strands of any length are the same on all instruction sets") {
+TEST_CASE("render strands of any length and volume alone are the same on all instruction sets") {
     const std::uint32_t points = GENERATE(5u, 16u, 21u);
     scenes::GroomOptions options;
     options.guide_every = 3;
+    options.group.strand.volume = {0.2f};
     Settings settings = single_thread();
     settings.output = GENERATE(OutputPrecision::float32, OutputPrecision::float16);
     settings.instruction_set = InstructionSet::baseline;

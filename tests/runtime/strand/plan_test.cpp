@@ -40,6 +40,16 @@ TEST_CASE("without friction and volume there is no grid") {
     const SolverPlan with = plan_of(o, single_thread());
     CHECK(with.has(PassId::grid_scatter));
     CHECK(with.bytes(BufferId::grid_sum) > 0);
+    // Mass and three of momentum with friction, the filling with volume.
+    scenes::GroomOptions both = o;
+    both.group.strand.volume = {0.1f};
+    scenes::GroomOptions volume = plain();
+    volume.group.strand.volume = {0.1f};
+    const SolverPlan with_volume = plan_of(volume, single_thread());
+    CHECK(plan_of(both, single_thread()).bytes(BufferId::grid_sum) * 4 ==
+          with.bytes(BufferId::grid_sum) * 5);
+    CHECK(with_volume.bytes(BufferId::grid_sum) * 4 == with.bytes(BufferId::grid_sum));
+    CHECK(with_volume.bytes(BufferId::grid_field) * 4 == with.bytes(BufferId::grid_field));
 }
 
 TEST_CASE("without colliders there is no collision pass") {
