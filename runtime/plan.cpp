@@ -68,6 +68,8 @@ Result<void> check_collider(const Collider& c, const std::string& where) {
             return bad(where + ".grid.nodes", "must be 2 to 4096 along each axis");
         nodes *= n;
     }
+    if (nodes > std::numeric_limits<std::uint32_t>::max())
+        return bad(where + ".grid.nodes", "must be fewer than 2^32 in all");
     if (grid->distance.size() != nodes)
         return bad(where + ".grid.distance", "must have one value a node");
     if (!finite(grid->distance) || !finite(grid->origin))

@@ -1,11 +1,11 @@
-// Packs of 16, 32 and 64 float lanes, nested pairs around the native vector (an array member would be
-// kept in memory by the compiler). A pack of 16 is one tile; wider packs take the same row of
+// Packs of 16, 32 and 64 float lanes, nested pairs around the native vector (an array member would
+// be kept in memory by the compiler). A pack of 16 is one tile; wider packs take the same row of
 // neighbouring tiles, which hides the latency of sweeps along the strands.
 #pragma once
 
-#include <cstddef>
-
 #include "runtime/lane/native.h"
+
+#include <cstddef>
 
 namespace keratin::KERATIN_ISA {
 
@@ -152,6 +152,16 @@ KERATIN_ALWAYS_INLINE void store(const Pack& x, float* p, std::size_t tile_strid
     } else {
         store(x.a, p, tile_stride);
         store(x.b, p + tile_stride * (Pack::kLanes / 32), tile_stride);
+    }
+}
+// Takes pairs apart that lie one after the other, as many as the pack has lanes.
+template <class Pack>
+KERATIN_ALWAYS_INLINE void load_pairs(const float* p, Pack& first, Pack& second) {
+    if constexpr (Pack::kLanes == Native::kLanes) {
+        take_apart(Native::load(p), Native::load(p + Native::kLanes), first, second);
+    } else {
+        load_pairs(p, first.a, second.a);
+        load_pairs(p + Pack::kLanes, first.b, second.b);
     }
 }
 // A vector of three at a row of a tiled array: components 16 floats apart.

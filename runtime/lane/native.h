@@ -1,6 +1,6 @@
 // The float vector of one instruction set. Which one is decided by the compiler's flags; files that
-// include this are compiled once per instruction set with KERATIN_ISA naming a namespace of its own, so
-// that no code for one processor is ever linked into the path of another.
+// include this are compiled once per instruction set with KERATIN_ISA naming a namespace of its
+// own, so that no code for one processor is ever linked into the path of another.
 //
 // Every operation is the exactly rounded one, in the same order on every instruction set: no
 // contraction, no estimates. So results are equal bit for bit.
@@ -60,6 +60,13 @@ KERATIN_ALWAYS_INLINE Native min(Native a, Native b) { return _mm512_min_ps(a.v,
 KERATIN_ALWAYS_INLINE Native max(Native a, Native b) { return _mm512_max_ps(a.v, b.v); }
 KERATIN_ALWAYS_INLINE Native sqrt(Native a) { return _mm512_sqrt_ps(a.v); }
 KERATIN_ALWAYS_INLINE Native abs(Native a) { return _mm512_abs_ps(a.v); }
+// Every other lane of a and then b: even ones and odd ones.
+KERATIN_ALWAYS_INLINE void take_apart(Native a, Native b, Native& even, Native& odd) {
+    const __m512i from =
+        _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+    even = _mm512_permutex2var_ps(a.v, from, b.v);
+    odd = _mm512_permutex2var_ps(a.v, _mm512_or_si512(from, _mm512_set1_epi32(1)), b.v);
+}
 
 #elif defined(__AVX2__)
 
@@ -99,8 +106,13 @@ KERATIN_ALWAYS_INLINE unsigned bits(NativeMask a) { return unsigned(_mm256_movem
 KERATIN_ALWAYS_INLINE Native min(Native a, Native b) { return _mm256_min_ps(a.v, b.v); }
 KERATIN_ALWAYS_INLINE Native max(Native a, Native b) { return _mm256_max_ps(a.v, b.v); }
 KERATIN_ALWAYS_INLINE Native sqrt(Native a) { return _mm256_sqrt_ps(a.v); }
-KERATIN_ALWAYS_INLINE Native abs(Native a) {
-    return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a.v);
+KERATIN_ALWAYS_INLINE Native abs(Native a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a.v); }
+KERATIN_ALWAYS_INLINE void take_apart(Native a, Native b, Native& even, Native& odd) {
+    const auto in_order = [](__m256 v) {
+        return _mm256_castpd_ps(_mm256_permute4x64_pd(_mm256_castps_pd(v), 0xd8));
+    };
+    even = in_order(_mm256_shuffle_ps(a.v, b.v, 0x88));
+    odd = in_order(_mm256_shuffle_ps(a.v, b.v, 0xdd));
 }
 
 #elif defined(__SSE2__)
@@ -123,9 +135,7 @@ KERATIN_ALWAYS_INLINE Native operator-(Native a, Native b) { return _mm_sub_ps(a
 KERATIN_ALWAYS_INLINE Native operator*(Native a, Native b) { return _mm_mul_ps(a.v, b.v); }
 KERATIN_ALWAYS_INLINE Native operator/(Native a, Native b) { return _mm_div_ps(a.v, b.v); }
 KERATIN_ALWAYS_INLINE Native operator-(Native a) { return _mm_xor_ps(a.v, _mm_set1_ps(-0.0f)); }
-KERATIN_ALWAYS_INLINE NativeMask operator<(Native a, Native b) {
-    return {_mm_cmplt_ps(a.v, b.v)};
-}
+KERATIN_ALWAYS_INLINE NativeMask operator<(Native a, Native b) { return {_mm_cmplt_ps(a.v, b.v)}; }
 KERATIN_ALWAYS_INLINE NativeMask operator&(NativeMask a, NativeMask b) {
     return {_mm_and_ps(a.m, b.m)};
 }
@@ -140,6 +150,10 @@ KERATIN_ALWAYS_INLINE Native min(Native a, Native b) { return _mm_min_ps(a.v, b.
 KERATIN_ALWAYS_INLINE Native max(Native a, Native b) { return _mm_max_ps(a.v, b.v); }
 KERATIN_ALWAYS_INLINE Native sqrt(Native a) { return _mm_sqrt_ps(a.v); }
 KERATIN_ALWAYS_INLINE Native abs(Native a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a.v); }
+KERATIN_ALWAYS_INLINE void take_apart(Native a, Native b, Native& even, Native& odd) {
+    even = _mm_shuffle_ps(a.v, b.v, 0x88);
+    odd = _mm_shuffle_ps(a.v, b.v, 0xdd);
+}
 
 #else  // any other processor: four floats that the compiler may vectorise
 
@@ -195,8 +209,7 @@ KERATIN_ALWAYS_INLINE Native select(NativeMask c, Native a, Native b) {
     return each([&](int i) { return c.m[i] ? a.v[i] : b.v[i]; });
 }
 KERATIN_ALWAYS_INLINE unsigned bits(NativeMask a) {
-    return unsigned(a.m[0]) | unsigned(a.m[1]) << 1 | unsigned(a.m[2]) << 2 |
-           unsigned(a.m[3]) << 3;
+    return unsigned(a.m[0]) | unsigned(a.m[1]) << 1 | unsigned(a.m[2]) << 2 | unsigned(a.m[3]) << 3;
 }
 KERATIN_ALWAYS_INLINE Native min(Native a, Native b) {
     return each([&](int i) { return a.v[i] < b.v[i] ? a.v[i] : b.v[i]; });
@@ -209,6 +222,10 @@ KERATIN_ALWAYS_INLINE Native sqrt(Native a) {
 }
 KERATIN_ALWAYS_INLINE Native abs(Native a) {
     return each([&](int i) { return std::fabs(a.v[i]); });
+}
+KERATIN_ALWAYS_INLINE void take_apart(Native a, Native b, Native& even, Native& odd) {
+    even = each([&](int i) { return i < 2 ? a.v[2 * i] : b.v[2 * i - 4]; });
+    odd = each([&](int i) { return i < 2 ? a.v[2 * i + 1] : b.v[2 * i - 3]; });
 }
 
 #endif

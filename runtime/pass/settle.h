@@ -72,14 +72,16 @@ template <bool exact, class Pack>
     const Pack zero(0.0f), one(1.0f);
     Pack3 out = x;
     Pack hits = zero, hit_by = zero;
-    // Lanes whose way out is not known to end outside of what they hit.
-    auto unsure = zero < zero;
+    KeptDistances<Pack> kept(b, i);
+    // Lanes whose way out is not known to end outside of what they hit; in a concave shape only a
+    // short way is.
+    auto unsure = zero < zero, concave = unsure;
     for (std::uint32_t k = 0; k < near.count; ++k) {
         const ColliderShapeData& shape = near.shape(k);
         const ColliderPose& pose = near.pose(k);
         with_shape(shape.kind, [&]<ShapeKind kind>() {
             Pack3 normal;
-            const Pack depth = depth_in<kind>(shape, pose, b, i, out, normal);
+            const Pack depth = depth_in<kind>(shape, pose, k, kept, out, normal);
             const auto inside = zero < depth;
             if (!any(inside)) return;
             const Pack push = select(inside, depth, zero);
@@ -93,10 +95,8 @@ template <bool exact, class Pack>
                 const auto in_plane = zero < plane_room(t, l, normal, push);
                 const Pack3 way = (at - parent) * (one / max(l, Pack(1e-9f)));
                 moved = select(in_plane, parent + turned_along(way, l, normal, held) * l, moved);
-                if constexpr (kind == ShapeKind::grid)
-                    unsure = unsure | inside;
-                else
-                    unsure = unsure | (zero < select(in_plane, zero, push));
+                unsure = unsure | (zero < select(in_plane, zero, push));
+                if constexpr (kind == ShapeKind::grid) concave = concave | inside;
             }
             out = select(inside, moved, out);
             hits = select(inside, hits + one, hits);
@@ -114,7 +114,9 @@ template <bool exact, class Pack>
     };
     auto deep = zero < hits;
     put_back(deep);
-    unsure = unsure | (one < hits);
+    // A way w along the sphere about the parent ends about w^2 / 2l off the tangent plane.
+    const auto far = l * Pack(kDeepEnough) < dot(shift, shift);
+    unsure = unsure | (one < hits) | (concave & far);
     for (std::uint32_t k = 0; k < near.count && near.count > 1; ++k)
         with_shape(near.shape(k).kind, [&]<ShapeKind kind>() {
             const Pack other = abs(hit_by - Pack(float(k)));
@@ -127,7 +129,8 @@ template <bool exact, class Pack>
         for (std::uint32_t k = 0; k < near.count; ++k)
             with_shape(near.shape(k).kind, [&]<ShapeKind kind>() {
                 Pack3 normal;
-                const Pack depth = depth_in<kind>(near.shape(k), near.pose(k), b, i, out, normal);
+                const Pack depth =
+                    depth_in<kind>(near.shape(k), near.pose(k), k, kept, out, normal);
                 const auto inside = deep & (Pack(kDeepEnough) < depth);
                 if (!any(inside)) return;
                 out = select(inside, out + way_out(t, l, normal, depth), out);

@@ -1,6 +1,7 @@
 // Distance of a block of points to a collider, whatever its shape.
 #pragma once
 
+#include "runtime/pass/distance_nodes.h"
 #include "runtime/pass/work.h"
 #include "runtime/shape/distance.h"
 
@@ -8,67 +9,6 @@
 #include <cmath>
 
 namespace keratin::KERATIN_ISA {
-
-// Trilinear distance and its gradient at one point of the grid's space; no contact outside.
-inline float node_distance(const DistanceNodes& g, const float p[3], float normal[3]) {
-    std::uint32_t cell[3];
-    float f[3];
-    for (int c = 0; c < 3; ++c) {
-        const float s = (p[c] - g.origin[c]) * g.inverse_spacing;
-        const float last = float(g.nodes[c] - 1);
-        if (!(s >= 0 && s <= last)) {
-            normal[0] = 0, normal[1] = 1, normal[2] = 0;
-            return 1e9f;
-        }
-        cell[c] = s >= last ? g.nodes[c] - 2 : std::uint32_t(s);
-        f[c] = s - float(cell[c]);
-    }
-    std::size_t nx = g.nodes[0], nxy = nx * g.nodes[1];
-    const float* d = g.distance + cell[0] + nx * cell[1] + nxy * cell[2];
-    if (g.brick) {
-        constexpr std::uint32_t kSide = kBrickCells + 1;
-        const std::uint32_t bx = (g.nodes[0] - 1) / kBrickCells,
-                            by = (g.nodes[1] - 1) / kBrickCells;
-        const std::uint32_t brick =
-            g.brick[(cell[2] / kBrickCells * by + cell[1] / kBrickCells) * bx +
-                    cell[0] / kBrickCells];
-        if (brick == kNoBrick) {
-            normal[0] = 0, normal[1] = 1, normal[2] = 0;
-            return 1e9f;
-        }
-        nx = kSide, nxy = kSide * kSide;
-        d = g.distance + std::size_t{brick} * kBrickNodes + cell[0] % kBrickCells +
-            nx * (cell[1] % kBrickCells) + nxy * (cell[2] % kBrickCells);
-    }
-    const auto mix = [](float a, float b, float s) { return a + (b - a) * s; };
-    const float y00 = mix(d[0], d[1], f[0]), y10 = mix(d[nx], d[nx + 1], f[0]);
-    const float y01 = mix(d[nxy], d[nxy + 1], f[0]), y11 = mix(d[nxy + nx], d[nxy + nx + 1], f[0]);
-    const float z0 = mix(y00, y10, f[1]), z1 = mix(y01, y11, f[1]);
-    const float x0 = mix(d[1] - d[0], d[nx + 1] - d[nx], f[1]);
-    const float x1 = mix(d[nxy + 1] - d[nxy], d[nxy + nx + 1] - d[nxy + nx], f[1]);
-    Vec3<float> n(mix(x0, x1, f[2]), mix(y10 - y00, y11 - y01, f[2]), z1 - z0);
-    n = normalize_or(n, Vec3<float>(0, 1, 0));
-    normal[0] = n.x, normal[1] = n.y, normal[2] = n.z;
-    return mix(z0, z1, f[2]);
-}
-
-template <class Pack>
-KERATIN_ALWAYS_INLINE Pack grid_distance(const DistanceNodes& g, const Vec3<Pack>& p,
-                                         Vec3<Pack>& normal) {
-    constexpr int kLanes = Pack::kLanes;
-    float px[kLanes], py[kLanes], pz[kLanes], d[kLanes];
-    store(p.x, px, 16);
-    store(p.y, py, 16);
-    store(p.z, pz, 16);
-    for (int l = 0; l < kLanes; ++l) {
-        const float q[3] = {px[l], py[l], pz[l]};
-        float n[3];
-        d[l] = node_distance(g, q, n);
-        px[l] = n[0], py[l] = n[1], pz[l] = n[2];
-    }
-    normal = Vec3<Pack>(load<Pack>(px, 16), load<Pack>(py, 16), load<Pack>(pz, 16));
-    return load<Pack>(d, 16);
-}
 
 // Distance in the shape's own space.
 template <ShapeKind kind, class Pack>
@@ -84,6 +24,15 @@ KERATIN_ALWAYS_INLINE Pack own_distance(const ColliderShapeData& s, const Vec3<P
     else
         return grid_distance(s.grid, p, normal);
 }
+// The same where nobody asks for the way out.
+template <ShapeKind kind, class Pack>
+KERATIN_ALWAYS_INLINE Pack own_distance(const ColliderShapeData& s, const Vec3<Pack>& p) {
+    Vec3<Pack> ignored;
+    if constexpr (kind == ShapeKind::grid)
+        return grid_distance(s.grid, p);
+    else
+        return own_distance<kind>(s, p, ignored);
+}
 
 // Distance that a point keeps: the contact distance, or less where the groom at rest lies deeper.
 template <ShapeKind kind, class Pack>
@@ -91,10 +40,29 @@ KERATIN_ALWAYS_INLINE Pack kept_distance(const ColliderShapeData& s, const Part<
                                          std::size_t row) {
     const Pack kept(s.distance);
     if (!s.allows_rest_depth) return kept;
-    Vec3<Pack> ignored;
     const Vec3<Pack> rest = times(s.rest_to_own, b.rest(row) - splat<Pack>(s.rest_place));
-    return min(kept, own_distance<kind>(s, rest, ignored));
+    return min(kept, own_distance<kind>(s, rest));
 }
+
+// That of a row from each of its colliders, worked out once at most.
+template <class Pack>
+struct KeptDistances {
+    static constexpr std::uint32_t kRemembered = 4;
+    const Part<Pack>& part;
+    std::size_t row;
+    std::uint32_t known = 0;
+    Pack value[kRemembered];
+
+    KERATIN_ALWAYS_INLINE KeptDistances(const Part<Pack>& b, std::size_t i) : part(b), row(i) {}
+    template <ShapeKind kind>
+    KERATIN_ALWAYS_INLINE Pack of(std::uint32_t k, const ColliderShapeData& s) {
+        if (!s.allows_rest_depth) return Pack(s.distance);
+        if (k >= kRemembered) return kept_distance<kind>(s, part, row);
+        if (!(known >> k & 1)) value[k] = kept_distance<kind>(s, part, row);
+        known |= 1u << k;
+        return value[k];
+    }
+};
 
 // Points of x that can lie in the collider: exact for capsules but for rounding, without their
 // root.
@@ -106,8 +74,7 @@ KERATIN_ALWAYS_INLINE auto reached(const ColliderShapeData& s, const ColliderPos
         return capsule_square(x, splat<Pack>(pose.core), splat<Pack>(pose.core_way),
                               Pack(s.inverse_square)) < Pack(reach * reach);
     } else {
-        Vec3<Pack> ignored;
-        return own_distance<kind>(s, times(pose.to_own, x - splat<Pack>(pose.place)), ignored) <
+        return own_distance<kind>(s, times(pose.to_own, x - splat<Pack>(pose.place))) <
                Pack(s.distance);
     }
 }
@@ -120,10 +87,10 @@ KERATIN_ALWAYS_INLINE bool reaches(const ColliderShapeData& s, const ColliderPos
     return any(dot(from, from) < Pack(pose.reach_square)) && any(reached<kind>(s, pose, x));
 }
 
-// How deep x lies in the collider, and the way out in the world.
+// How deep x lies in the k-th collider of a row, and the way out in the world.
 template <ShapeKind kind, class Pack>
 KERATIN_ALWAYS_INLINE Pack depth_in(const ColliderShapeData& s, const ColliderPose& pose,
-                                    const Part<Pack> b, std::size_t row, const Vec3<Pack>& x,
+                                    std::uint32_t k, KeptDistances<Pack>& kept, const Vec3<Pack>& x,
                                     Vec3<Pack>& normal) {
     Pack distance;
     if constexpr (kind == ShapeKind::capsule)
@@ -134,7 +101,7 @@ KERATIN_ALWAYS_INLINE Pack depth_in(const ColliderShapeData& s, const ColliderPo
     const Pack depth = Pack(s.distance) - distance;
     if (!any(Pack(0.0f) < depth)) return depth;
     if constexpr (kind != ShapeKind::capsule) normal = transposed_times(pose.to_own, normal);
-    return kept_distance<kind>(s, b, row) - distance;
+    return kept.template of<kind>(k, s) - distance;
 }
 
 // Where points that moved by more than half a cell of a distance grid since the small step's start
