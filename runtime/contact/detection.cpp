@@ -14,6 +14,8 @@ namespace {
 constexpr double kTouching = 1e-9;  // m; below it two closest points give no normal
 constexpr double kParallel = 1e-2;  // squared sine; about 6 degrees
 constexpr double kSnap = 4e-3;      // of delta: how much farther an end may be and count as closest
+constexpr double kElsewhere =
+    0.05;  // of delta: how deep an edge on a solid calls for another place
 constexpr double kOverlapReach = 1.05;  // of delta: an end of a parallel overlap this near counts
 constexpr std::uint32_t kChunk = 2048;  // pairs or edges a thread takes at a time
 
@@ -226,6 +228,7 @@ struct ColliderSearch {
     const MovingShape& collider;
     std::uint32_t index;
     std::vector<FoundContact>& out;
+    bool again;  // not the first search of the step, whose motion knows of no contact
 
     void add(std::uint32_t edge, double parameter, const Vector3& normal, const Vector3& surface_t1,
              double time, double start_distance, std::uint32_t element) {
@@ -269,8 +272,8 @@ struct ColliderSearch {
         // point of the strand. They are told apart by the part of the edge.
         constexpr double kParts = 8;
         Meeting at;
-        if (m.count == 0 || !meet_at_end(world_edge(strands, edge), axis, radius + delta, delta,
-                                         settings.end_tolerance, m, at))
+        if (m.count == 0 || !again ||
+            !meet_at_end(world_edge(strands, edge), axis, radius + delta, delta, kElsewhere, m, at))
             return;
         for (int i = 0; i < m.count; ++i)
             if (std::fabs(at.s - m.at[i].s) * kParts < 1) return;
@@ -683,8 +686,12 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
         }
 #pragma omp parallel for num_threads(threads) schedule(dynamic)
         for (std::size_t c = 0; c < edge_chunks; ++c) {
-            ColliderSearch search{strands, settings, collider, static_cast<std::uint32_t>(k),
-                                  m.found[pair_chunks + k * edge_chunks + c]};
+            ColliderSearch search{strands,
+                                  settings,
+                                  collider,
+                                  static_cast<std::uint32_t>(k),
+                                  m.found[pair_chunks + k * edge_chunks + c],
+                                  again};
             const std::size_t end = std::min(edges, (c + 1) * kChunk);
             for (std::size_t i = c * kChunk; i < end; ++i) {
                 const std::uint32_t e = static_cast<std::uint32_t>(i);
@@ -834,6 +841,15 @@ std::size_t refresh_contacts(const ContactStrands& strands, std::span<const Movi
             t = pair.t;
         }
         const double target = std::min(delta, start_distance + 0.2 * c.distance);
+        if (c.against_collider && !start_first) {
+            // Its place follows the nearest point; far too deep a place is another contact's
+            // (against_axis), and this one stays.
+            const SegmentPair<double> pair = closest_segments(p1.a, p1.b, q1.a, q1.b);
+            if (std::sqrt(pair.squared_distance) > target - kElsewhere * c.distance) {
+                s = pair.s;
+                t = pair.t;
+            }
+        }
         const Vector3 w = mix(p1.a, p1.b, s) - mix(q1.a, q1.b, t);
         const double d = length(w);
         if (d < kTouching) continue;

@@ -311,9 +311,12 @@ TEST_CASE(
     const MovingShape sphere{{ShapeKind::sphere, {0, -1, 0}, {0, 0, 0}, 1, nullptr}, {}, {}};
     Chains c;
     c.add({{-2e-3, 1e-4, 0}, {2e-3, 1e-3, 0}}, {0, 0, 0}, r);
-    c.x_t1[0].y = 2e-5;
-    c.x_t1[1].y = 2e-5;
-    const auto found = find(c, one(sphere));
+    c.x_t1[0].y = -2e-5;
+    c.x_t1[1].y = -2e-5;
+    Detection detection;
+    // The first search's motion knows of no contact: what it leads to is no place to hold on to.
+    CHECK(detection.find(c.view(), one(sphere), {}).size() == 1);
+    const auto found = detection.find(c.view(), one(sphere), {}, true);
     REQUIRE(found.size() == 2);
     CHECK(std::fabs(found[0].contact.parameter[0] - found[1].contact.parameter[0]) > 0.3);
 }
