@@ -15,6 +15,8 @@ namespace keratin::KERATIN_ISA {
 inline constexpr int kRounds = 16;
 // m, depth that ends the rounds: a tenth of the thinnest hair's radius.
 inline constexpr float kDeepEnough = 2e-6f;
+// m, of a point towards the surface in a small step: half a metre a second at 60 frames.
+inline constexpr float kMostRise = 2e-3f;
 
 // The colliders that reach a block.
 struct Near {
@@ -76,6 +78,10 @@ template <bool exact, class Pack>
     // Lanes whose way out is not known to end outside of what they hit; in a concave shape only a
     // short way is.
     auto unsure = zero < zero, concave = unsure;
+    // A point that began the small step inside rises by no more than kMostRise towards the surface,
+    // and what it rises is no velocity: nothing is thrown out. Above 0 where that leaves it inside.
+    Pack patient = zero;
+    Pack3 previous = b.x_previous(i);
     for (std::uint32_t k = 0; k < near.count; ++k) {
         const ColliderShapeData& shape = near.shape(k);
         const ColliderPose& pose = near.pose(k);
@@ -84,10 +90,24 @@ template <bool exact, class Pack>
             const Pack depth = depth_in<kind>(shape, pose, k, kept, out, normal);
             const auto inside = zero < depth;
             if (!any(inside)) return;
-            const Pack push = select(inside, depth, zero);
+            const auto before = [&](const Pack3& place) {
+                return times(pose.from_now, place) + splat<Pack>(pose.from_place);
+            };
+            Pack push = select(inside, depth, zero);
+            Pack rise = max(zero, min(push, dot(before(out + normal * push) - previous, normal)));
+            Pack left = max(zero, rise - Pack(kMostRise));
+            if (any(zero < left)) {
+                const Pack3 carried =
+                    transposed_times(pose.from_now, previous - splat<Pack>(pose.from_place));
+                Pack3 ignored;
+                const Pack began = depth_in<kind>(shape, pose, k, kept, carried, ignored);
+                left = select(Pack(kMostRise) < began, left, zero);
+            }
+            push = push - left;
+            rise = rise - left;
+            patient = patient + left;
             const Pack3 at = out + (exact ? way_out(t, l, normal, push) : normal * push);
-            const Pack3 surface_before = times(pose.from_now, at) + splat<Pack>(pose.from_place);
-            const Pack3 slide = surface_before - b.x_previous(i);
+            const Pack3 slide = before(at) - previous;
             const Pack3 held = friction_move(slide, normal, push, Pack(shape.friction));
             Pack3 moved = at + held;
             if constexpr (exact) {
@@ -99,11 +119,13 @@ template <bool exact, class Pack>
                 if constexpr (kind == ShapeKind::grid) concave = concave | inside;
             }
             out = select(inside, moved, out);
+            previous = select(inside, previous + normal * rise, previous);
             hits = select(inside, hits + one, hits);
             hit_by = select(inside, Pack(float(k)), hit_by);
         });
     }
     const Pack3 shift = out - x;
+    b.set_x_previous(i, previous);
     if constexpr (!exact) {
         x = out;
         return shift;
@@ -122,7 +144,7 @@ template <bool exact, class Pack>
             const Pack other = abs(hit_by - Pack(float(k)));
             unsure = unsure | ((zero < other) & reached<kind>(near.shape(k), near.pose(k), x));
         });
-    deep = deep & unsure;
+    deep = deep & unsure & (patient < Pack(kDeepEnough));
     for (int round = 0; round < kRounds && any(deep); ++round) {
         out = x;
         Pack hit = zero;
