@@ -133,7 +133,8 @@ KERATIN_LANE_INLINE Pack coulomb_residual(const Local3<Pack>& r, const Local3<Pa
     return select(mu > zero, sqrt(f0 * f0 + f1 * f1 + f2 * f2), smooth);
 }
 
-// Friction coefficients that stand for infinity.
-constexpr double kMostFriction = 1e6;
+// Stands for all larger coefficients, infinity too: a contact under it sticks up to 88.9 degrees of
+// slope. The residual grows with mu, so that under a larger one no solve would come to its bound.
+constexpr double kMostFriction = 50;
 
 }  // namespace keratin
