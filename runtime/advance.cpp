@@ -65,6 +65,8 @@ void fill_class(const Simulation::State& s, const Simulation::State::ClassKey& k
         out.volume[row] = s.settings.passes.grid_volume ? float(ramp_value(p.volume, at)) : 0.0f;
     }
     out.stiffness_step = float(small * small * bending_per_mass(m));
+    for (int c = 0; c < 3; ++c)
+        out.weight_step[c] = float(small * small) * s.settings.gravity[c];
     const double relaxation =
         kBendRelaxation + (m.youngs_modulus > 0 ? 3 * double(m.viscosity) / m.youngs_modulus : 0);
     out.bend_damping = float(relaxation / small);

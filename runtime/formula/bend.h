@@ -43,6 +43,19 @@ KERATIN_FORMULA Real bend_sweep(Real3 parent, Real3 child) {
     return select(none, Real(0), max(Real(0), dot(child, child) * inverse - along * along));
 }
 
+// h^2 times what the weight beyond a segment resists its turning sideways with, per line density
+// (m): beyond g.e / l^2 of a segment e that hangs by `hangs` = h^2 g.e (m^2), 0 where it stands up.
+// Without it in the matrix the weight acts as an explicit force, and hair as soft as a chain lashes
+// about for ever. Where it is small against the mass, a quarter of it is taken (the average
+// acceleration of Newmark's method): all of it slows a swing by more, and the more the longer the
+// step.
+KERATIN_FORMULA Real weight_stiffness(Real hangs, Real beyond, Real l) {
+    Bool none = l < Real(1e-9);
+    Real length = select(none, Real(1), l);
+    Real all = max(hangs, Real(0)) * beyond / (length * length);
+    return select(none, Real(0), all * ((Real(0.25) * length + all) / (length + all)));
+}
+
 // How much of the joint's force k (|d| u - g) along the child's direction u enters the solve, in
 // place of |d|: along = u.g leaves none. A strand at rest takes none, as the segment's tension
 // holds it. The solve would move points along the strand, the length sweeps bring them back against

@@ -58,6 +58,17 @@ inline void prepare_bending(const Part<Work> b, const QuadClass& group, bool ben
     b.set(slot_drag, 1, below.sweep);
     Work beyond = zero;
     for (std::size_t i = 2; i <= n; ++i) beyond = beyond + b.length(i);
+    // The weight beyond a segment holds it upright too, as far as it hangs; without tension nothing
+    // carries that weight.
+    const Work3 weight = splat<Work>(group.weight_step) * Work(group.held);
+    Work3 x = b.x(1);
+    const auto swing = [&](std::size_t i, const Work& l, const Work& far) {
+        const Work3 next = b.x(i);
+        const Work hangs = dot(next - x, weight);
+        x = next;
+        return weight_stiffness(hangs, max(far, zero), l);
+    };
+    Work swing_here = swing(2, b.length(2), beyond - Work(0.5f) * b.length(2));
     b.set(slot_inverse_length, 1, one / max(b.length(1), Work(1e-12f)));
     // The clamp's direction is the root frame's first axis.
     if (bends) b.set(slot_along, 1, b.edge(2).x);
@@ -80,12 +91,16 @@ inline void prepare_bending(const Part<Work> b, const QuadClass& group, bool ben
         if (bends && i < n) b.set(slot_along, i, dot(b.edge(i), b.edge(i + 1)) * inverse_length);
         mass_length = next_length;
 
+        const Work swing_next =
+            i < n ? swing(i + 1, next_length, beyond - Work(0.5f) * next_length) : zero;
         const Work far = one + here.lever;
         const Work a = m + below.k + here.k * (far * far) + above.k * (above.lever * above.lever) +
-                       here.sweep + above.sweep;
+                       here.sweep + above.sweep + swing_here + swing_next;
         Work off1 = zero, off2 = zero;
         if (i >= 3)
-            off1 = -(below.k * (one + below.lever)) - here.k * (here.lever * far) - here.sweep;
+            off1 = -(below.k * (one + below.lever)) - here.k * (here.lever * far) - here.sweep -
+                   swing_here;
+        swing_here = swing_next;
         if (i >= 4) off2 = below.k * below.lever;
         const Work coupled = off1 - off2 * band1;
         const Work l1 = coupled * inverse1;

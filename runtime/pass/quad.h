@@ -121,6 +121,7 @@ struct QuadClass {
     float friction[kStrandMaxPoints];  // share of the grid's displacement this step
     float volume[kStrandMaxPoints];    // m^2/s^2
     float stiffness_step = 0;          // h^2 E I / (density area), m^4
+    float weight_step[3] = {};         // h^2 gravity, m
     float bend_damping = 0;            // relaxation time of bending over the small step
     float held = 0;                    // 1 where segments have tension, else 0
     float pull = 0;                    // global length factor of a small step

@@ -47,6 +47,7 @@ inline constexpr int kInputs = 16, kOutputs = 4;
     X(longest_turn, out(longest_turn(s(12))))                                                      \
     X(resolved_move, out(resolved_move(v(0), v(1), abs(s(12)))))                                   \
     X(bend_pull, out(bend_pull(abs(s(12)), s(13), abs(s(14)), abs(s(15)))))                        \
+    X(weight_stiffness, out(weight_stiffness(s(12), abs(s(13)), abs(s(14)))))                      \
     X(bend_lever, out(bend_lever(v(0), v(1))))                                                     \
     X(minimal_turn, out(minimal_turn(n(0), n(1), v(2))))                                           \
     X(bend_sweep, out(bend_sweep(v(0), v(1))))                                                     \
