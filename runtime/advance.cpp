@@ -93,7 +93,7 @@ Quad quad_of(Simulation::State& s, std::size_t index, int thread) {
     q.group = &s.classes[s.quads[index].group_class];
     q.scratch = s.scratch.data() + std::size_t(thread) * s.scratch_stride;
     q.root_scratch = q.scratch + kScratchRow * std::size_t{s.shape.longest};
-    q.near = s.near.data() + std::size_t(thread) * s.solids.size();
+    q.near = s.near.data() + std::size_t(thread) * near_stride(s.shape.colliders);
     q.shapes = s.solids.data();
     q.collider_count = std::uint32_t(s.solids.size());
     const Wind& wind = s.settings.wind;

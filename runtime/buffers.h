@@ -26,6 +26,12 @@ struct RunShape {
 // Small steps whose collider poses are laid out at a time.
 inline constexpr std::uint32_t kStepsAtOnce = 16;
 
+// Numbers between the threads' lists of near colliders: written and read all the time, so no two in
+// lines of the cache that are fetched together.
+inline std::size_t near_stride(std::uint32_t colliders) {
+    return (std::size_t{colliders} + 31) / 32 * 32;
+}
+
 RunShape run_shape(const AssetInfo& info, const AssetFields& fields, const Settings& settings);
 
 // Threads that a setting of 0 or more comes to.

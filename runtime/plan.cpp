@@ -274,7 +274,7 @@ std::uint64_t buffer_bytes(BufferId id, const RunShape& s) {
             return std::uint64_t{s.threads} *
                    ((kScratchRow * std::uint64_t{s.longest} + root_slot_count * kBlockLanes) *
                         sizeof(float) +
-                    s.colliders * sizeof(std::uint32_t));
+                    near_stride(s.colliders) * sizeof(std::uint32_t));
     }
     return 0;
 }

@@ -110,7 +110,7 @@ void allocate(Simulation::State& s) {
     if (planned(BufferId::scratch)) {
         s.scratch_stride = kScratchRow * shape.longest + root_slot_count * kBlockLanes;
         s.scratch.allocate(s.scratch_stride * shape.threads, host);
-        s.near.allocate(std::size_t{shape.colliders} * shape.threads, host);
+        s.near.allocate(near_stride(shape.colliders) * shape.threads, host);
     }
 }
 
