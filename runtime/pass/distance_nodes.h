@@ -1,11 +1,9 @@
 // Distances out of a grid of nodes, whole or in bricks.
 #pragma once
 
-#include "runtime/formula/grid.h"
-#include "runtime/pass/work.h"
+#include "runtime/pass/trilinear.h"
 #include "schema/layout.h"
 
-#include <bit>
 #include <cstring>
 
 namespace keratin::KERATIN_ISA {
@@ -40,19 +38,6 @@ struct NodeLayout {
     }
 };
 
-// Trilinear distance between the eight nodes of a cell, numbered x + 2 y + 4 z, and its gradient
-// over the spacing.
-template <class Real>
-KERATIN_ALWAYS_INLINE Real trilinear(const Real (&d)[8], const Real (&f)[3], Vec3<Real>& gradient) {
-    const auto mix = [](const Real& a, const Real& b, const Real& s) { return a + (b - a) * s; };
-    const Real y00 = mix(d[0], d[1], f[0]), y10 = mix(d[2], d[3], f[0]);
-    const Real y01 = mix(d[4], d[5], f[0]), y11 = mix(d[6], d[7], f[0]);
-    const Real z0 = mix(y00, y10, f[1]), z1 = mix(y01, y11, f[1]);
-    const Real x0 = mix(d[1] - d[0], d[3] - d[2], f[1]), x1 = mix(d[5] - d[4], d[7] - d[6], f[1]);
-    gradient = Vec3<Real>(mix(x0, x1, f[2]), mix(y10 - y00, y11 - y01, f[2]), z1 - z0);
-    return mix(z0, z1, f[2]);
-}
-
 // Distance and its unit gradient at one point of the grid's space.
 inline float node_distance(const DistanceNodes& g, const float p[3], float normal[3]) {
     normal[0] = 0, normal[1] = 1, normal[2] = 0;
@@ -61,7 +46,7 @@ inline float node_distance(const DistanceNodes& g, const float p[3], float norma
     for (int c = 0; c < 3; ++c) {
         const float s = (p[c] - g.origin[c]) * g.inverse_spacing;
         const float last = float(g.nodes[c] - 1);
-        if (!(s > 0 && s < last)) return kFarAway;
+        if (!(s >= 0 && s < last)) return kFarAway;
         cell[c] = std::uint32_t(s);
         f[c] = s - float(cell[c]);
     }
@@ -85,21 +70,8 @@ template <bool with_normal, class Pack>
 [[gnu::noinline]] Pack pack_distance(const DistanceNodes& g, const Vec3<Pack>& p,
                                      Vec3<Pack>& normal) {
     constexpr std::size_t kLanes = Pack::kLanes;
-    const Pack zero(0.0f), position[3] = {p.x, p.y, p.z};
-    Pack whole[3], share[3];
-    auto inside = zero < Pack(1.0f);
-    for (int c = 0; c < 3; ++c) {
-        const Pack s = (position[c] - Pack(g.origin[c])) * Pack(g.inverse_spacing);
-        inside = inside & (zero < s) & (s < Pack(float(g.nodes[c] - 1)));
-        whole[c] = floor_of(s);
-        share[c] = s - whole[c];
-    }
-    alignas(64) std::int32_t cell[3][kLanes];
-    for (int c = 0; c < 3; ++c) {
-        alignas(64) float known[kLanes];
-        store(select(inside, whole[c], zero), known, kTileLanes);
-        for (std::size_t l = 0; l < kLanes; ++l) cell[c][l] = std::int32_t(known[l]);
-    }
+    const std::uint32_t last[3] = {g.nodes[0] - 1, g.nodes[1] - 1, g.nodes[2] - 1};
+    const GridCells<Pack> cells(g.origin, g.inverse_spacing, last, p);
     // Nodes k and k + 1 of a cell lie side by side and are fetched together.
     alignas(64) float node[4][kLanes][2] = {};
     alignas(64) float stored[kLanes] = {};
@@ -107,17 +79,16 @@ template <bool with_normal, class Pack>
     const NodeLayout at(g);
     alignas(64) std::uint32_t brick[kLanes], place[kLanes];
     for (std::size_t l = 0; l < kLanes; ++l)
-        at.find(std::uint32_t(cell[0][l]), std::uint32_t(cell[1][l]), std::uint32_t(cell[2][l]),
-                brick[l], place[l]);
-    for (unsigned long long left = lane_bits(inside); left != 0; left &= left - 1) {
-        const auto l = std::size_t(std::countr_zero(left));
+        at.find(cells.cell[0][l], cells.cell[1][l], cells.cell[2][l], brick[l], place[l]);
+    for_each_lane(cells.inside, [&](std::size_t l) {
         const float* first = at.node(brick[l], place[l]);
-        if (!first) continue;
+        if (!first) return;
         stored[l] = 1;
         any_stored = true;
         for (std::size_t k = 0; k < 4; ++k)
             std::memcpy(node[k][l], first + (k & 1) * at.y + (k >> 1) * at.z, 2 * sizeof(float));
-    }
+    });
+    const Pack zero(0.0f);
     const Vec3<Pack> up(zero, Pack(1.0f), zero);
     normal = up;
     if (!any_stored) return Pack(kFarAway);
@@ -125,7 +96,7 @@ template <bool with_normal, class Pack>
     for (int k = 0; k < 4; ++k) load_pairs(node[k][0], d[2 * k], d[2 * k + 1]);
     const auto found = zero < load<Pack>(stored, kTileLanes);
     Vec3<Pack> gradient;
-    const Pack distance = trilinear(d, share, gradient);
+    const Pack distance = trilinear(d, cells.share, gradient);
     if constexpr (with_normal) normal = select(found, normalize_or(gradient, up), up);
     return select(found, distance, Pack(kFarAway));
 }

@@ -1,42 +1,22 @@
 // The cells of the grid that a row of a tile lies in, found for all of its lanes at once.
 #pragma once
 
-#include "runtime/formula/grid.h"
 #include "runtime/pass/grid.h"
-#include "runtime/pass/work.h"
-
-#include <bit>
+#include "runtime/pass/trilinear.h"
 
 namespace keratin::KERATIN_ISA {
 
 using Tile = Lanes<kTileLanes>;
 
-struct Cells {
-    Tile share[3];                     // of the way to the next voxel along each axis
-    decltype(Tile() < Tile()) inside;  // lanes whose eight voxels lie in the grid
+struct Cells : GridCells<Tile> {
     // Of the lowest voxel: its brick, its place, and how far the next one lies along each axis.
-    // Lanes outside have those of the first voxel.
     alignas(64) std::uint32_t brick[kTileLanes], voxel[kTileLanes], next[3][kTileLanes];
 
-    KERATIN_ALWAYS_INLINE Cells(const GridShape& g, const Vec3<Tile>& x) {
-        const Tile position[3] = {x.x, x.y, x.z};
-        Tile whole[3];
-        for (int c = 0; c < 3; ++c) {
-            const Tile s = (position[c] - Tile(g.origin[c])) * Tile(g.inverse_spacing);
-            whole[c] = floor_of(s);
-            share[c] = s - whole[c];
-            // Comparisons that not-a-number fails.
-            const auto in =
-                (Tile(-0.5f) < whole[c]) & (whole[c] < Tile(float(g.bricks[c] * kBrickSide - 1)));
-            inside = c > 0 ? inside & in : in;
-        }
-        for (Tile& s : share) s = select(inside, s, Tile(0.0f));
-        alignas(64) std::int32_t cell[3][kTileLanes];
-        for (int c = 0; c < 3; ++c) {
-            alignas(64) float known[kTileLanes];
-            store(select(inside, whole[c], Tile(0.0f)), known, 0);
-            for (std::size_t l = 0; l < kTileLanes; ++l) cell[c][l] = std::int32_t(known[l]);
-        }
+    KERATIN_ALWAYS_INLINE Cells(const GridShape& g, const Vec3<Tile>& x)
+        : GridCells(g.origin, g.inverse_spacing,
+                    {g.bricks[0] * kBrickSide - 1, g.bricks[1] * kBrickSide - 1,
+                     g.bricks[2] * kBrickSide - 1},
+                    x) {
         const std::uint32_t row = g.bricks[0], slab = row * g.bricks[1];
         constexpr std::uint32_t kStep[3] = {1, kBrickSide, kBrickSide * kBrickSide};
         const std::uint32_t to_brick[3] = {kBrickVoxels, kBrickVoxels * row, kBrickVoxels * slab};
@@ -44,7 +24,7 @@ struct Cells {
             std::uint32_t in_brick = 0;
             brick[l] = 0;
             for (std::uint32_t c = 0; c < 3; ++c) {
-                const auto v = std::uint32_t(cell[c][l]), in = v % kBrickSide;
+                const std::uint32_t v = cell[c][l], in = v % kBrickSide;
                 brick[l] += v / kBrickSide * (to_brick[c] / kBrickVoxels);
                 in_brick += in * kStep[c];
                 next[c][l] = in == kBrickSide - 1 ? to_brick[c] - in * kStep[c] : kStep[c];
@@ -65,12 +45,5 @@ struct Cells {
         return part(0) * part(1) * part(2);
     }
 };
-
-// Calls body(l) for each lane that is set.
-template <class Mask, class Body>
-KERATIN_ALWAYS_INLINE void for_each_lane(const Mask& mask, Body&& body) {
-    for (auto left = unsigned(lane_bits(mask)); left != 0; left &= left - 1)
-        body(std::size_t(std::countr_zero(left)));
-}
 
 }  // namespace keratin::KERATIN_ISA

@@ -11,11 +11,6 @@ namespace {
 
 using Float4 = float __attribute__((vector_size(16)));
 
-template <class T>
-KERATIN_ALWAYS_INLINE T mix(const T& a, const T& b, const T& share) {
-    return a + (b - a) * share;
-}
-
 // Trilinear values at one row of a tile: mean displacement and gradient of the filling. Points
 // outside of the grid get their own displacement and no gradient.
 struct Samples {
@@ -54,16 +49,10 @@ KERATIN_ALWAYS_INLINE Samples sample(const GridView& grid, const Vec3<Tile>& x,
             Vec3<Tile>(load<Tile>(mean[0], 0), load<Tile>(mean[1], 0), load<Tile>(mean[2], 0)),
             own);
     if constexpr (volume) {
-        const auto [fx, fy, fz] = cells.share;
-        Tile s[8];
-        for (int k = 0; k < 8; ++k) s[k] = load<Tile>(filling[k], 0);
-        const Tile e00 = mix(s[0], s[1], fx), e10 = mix(s[2], s[3], fx);
-        const Tile e01 = mix(s[4], s[5], fx), e11 = mix(s[6], s[7], fx);
-        out.gradient =
-            Vec3<Tile>(
-                mix(mix(s[1] - s[0], s[3] - s[2], fy), mix(s[5] - s[4], s[7] - s[6], fy), fz),
-                mix(e10 - e00, e11 - e01, fz), mix(e01, e11, fy) - mix(e00, e10, fy)) *
-            Tile(grid.shape.inverse_spacing);
+        Tile corner[8];
+        for (int k = 0; k < 8; ++k) corner[k] = load<Tile>(filling[k], 0);
+        trilinear(corner, cells.share, out.gradient);
+        out.gradient = out.gradient * Tile(grid.shape.inverse_spacing);
     }
     return out;
 }

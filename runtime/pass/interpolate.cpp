@@ -121,18 +121,46 @@ class Carrier {
     }
 
 #if defined(__AVX512F__)
+    // An order of 48 numbers in three chunks as two picks out of two chunks each: from the first
+    // and the second, then from what that gives and the third. An index of 16 or more is of the
+    // second operand.
+    struct Order {
+        alignas(64) int first[3][16] = {}, second[3][16] = {};
+
+        // source(i): where number i comes from.
+        template <class Source>
+        constexpr explicit Order(Source source) {
+            for (int i = 0; i < 48; ++i) {
+                const int from = source(i);
+                if (from < 32) first[i / 16][i % 16] = from;
+                second[i / 16][i % 16] = from < 32 ? i % 16 : from - 16;
+            }
+        }
+    };
+    static KERATIN_ALWAYS_INLINE void arrange(const Order& order, const Chunk (&in)[3],
+                                              Chunk (&out)[3]) {
+        const __m512 a = in[0].v, b = in[1].v, c = in[2].v;
+        for (int k = 0; k < 3; ++k)
+            out[k] = _mm512_permutex2var_ps(
+                _mm512_permutex2var_ps(a, _mm512_load_si512(order.first[k]), b),
+                _mm512_load_si512(order.second[k]), c);
+    }
+
     // Chunk k of the 16 points at p.
     struct Carried {
         Chunk chunk[3];
 
         KERATIN_ALWAYS_INLINE Carried(const Carrier& f, const float* p) {
             Chunk in[3], out[3];
-            apart(load<Chunk>(p, 0), load<Chunk>(p + kChunk, 0), load<Chunk>(p + 2 * kChunk, 0),
-                  in);
+            // Three chunks of points to x, y and z of 16 points, and back.
+            static constexpr Order kApart([](int i) { return i % 16 * 3 + i / 16; }),
+                kTogether([](int i) { return i % 3 * 16 + i / 3; });
+            for (std::size_t k = 0; k < 3; ++k) in[k] = load<Chunk>(p + k * kChunk, 0);
+            arrange(kApart, in, in);
             for (int r = 0; r < 3; ++r)
                 out[r] = Chunk(0.0f) + f.factor_[r][0] * in[0] + f.factor_[r][1] * in[1] +
                          f.factor_[r][2] * in[2] + f.offset_[r];
-            together(out, chunk);
+            arrange(kTogether, out, chunk);
         }
         KERATIN_ALWAYS_INLINE const Chunk& operator[](std::size_t k) const { return chunk[k]; }
     };
@@ -147,33 +175,6 @@ class Carrier {
         }
     }
 
-    // Three chunks of points to x, y and z of 16 points, and back. An index of 16 or more is of the
-    // second operand.
-    static KERATIN_ALWAYS_INLINE Chunk pick(Chunk a, __m512i index, Chunk b) {
-        return _mm512_permutex2var_ps(a.v, index, b.v);
-    }
-    static KERATIN_ALWAYS_INLINE void apart(Chunk a, Chunk b, Chunk c, Chunk (&out)[3]) {
-        const __m512i ab[3] = {
-            _mm512_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 0, 0, 0, 0, 0),
-            _mm512_setr_epi32(1, 4, 7, 10, 13, 16, 19, 22, 25, 28, 31, 0, 0, 0, 0, 0),
-            _mm512_setr_epi32(2, 5, 8, 11, 14, 17, 20, 23, 26, 29, 0, 0, 0, 0, 0, 0)};
-        const __m512i with_c[3] = {
-            _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 17, 20, 23, 26, 29),
-            _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 18, 21, 24, 27, 30),
-            _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 31)};
-        for (int k = 0; k < 3; ++k) out[k] = pick(pick(a, ab[k], b), with_c[k], c);
-    }
-    static KERATIN_ALWAYS_INLINE void together(const Chunk (&in)[3], Chunk (&out)[3]) {
-        const __m512i xy[3] = {
-            _mm512_setr_epi32(0, 16, 0, 1, 17, 0, 2, 18, 0, 3, 19, 0, 4, 20, 0, 5),
-            _mm512_setr_epi32(21, 0, 6, 22, 0, 7, 23, 0, 8, 24, 0, 9, 25, 0, 10, 26),
-            _mm512_setr_epi32(0, 11, 27, 0, 12, 28, 0, 13, 29, 0, 14, 30, 0, 15, 31, 0)};
-        const __m512i with_z[3] = {
-            _mm512_setr_epi32(0, 1, 16, 3, 4, 17, 6, 7, 18, 9, 10, 19, 12, 13, 20, 15),
-            _mm512_setr_epi32(0, 21, 2, 3, 22, 5, 6, 23, 8, 9, 24, 11, 12, 25, 14, 15),
-            _mm512_setr_epi32(26, 1, 2, 27, 4, 5, 28, 7, 8, 29, 10, 11, 30, 13, 14, 31)};
-        for (int k = 0; k < 3; ++k) out[k] = pick(pick(in[0], xy[k], in[1]), with_z[k], in[2]);
-    }
 #else
     // Without taking the points apart: every number is a sum over those up to two places away, with
     // factors of period 3.
