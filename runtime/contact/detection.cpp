@@ -818,34 +818,30 @@ std::size_t refresh_contacts(const ContactStrands& strands, std::span<const Movi
             q = world_axis(collider);
             surface = collider.shape.radius;
             delta += surface;
-            if (closest_segments(p.a, p.b, q.a, q.b).squared_distance < surface * surface)
-                continue;  // on its way out: see push_aside
         } else {
             q = world_edge(strands, c.edge[1]);
         }
         const SegmentPair<double> at_start = closest_segments(p.a, p.b, q.a, q.b);
+        if (at_start.squared_distance < surface * surface)
+            continue;  // on its way out: see push_aside
         const double start_distance = std::sqrt(at_start.squared_distance);
+        const double target = std::min(delta, start_distance + 0.2 * c.distance);
         const MovingSegment p1 = at_time(p, 1), q1 = at_time(q, 1);
         double s = start_first ? 0 : c.parameter[0], t = c.parameter[1];
         if (start_first && start_second) {
             t = 0;
-        } else if (start_first || c.against_collider) {
-            s = c.parameter[0];
-            t = closest_on_segment(mix(p1.a, p1.b, s), q1.a, q1.b);
+        } else if (start_first) {
+            t = closest_on_segment(p1.a, q1.a, q1.b);
         } else if (start_second) {
             t = 0;
             s = closest_on_segment(q1.a, p1.a, p1.b);
         } else {
             const SegmentPair<double> pair = closest_segments(p1.a, p1.b, q1.a, q1.b);
-            s = pair.s;
-            t = pair.t;
-        }
-        const double target = std::min(delta, start_distance + 0.2 * c.distance);
-        if (c.against_collider && !start_first) {
-            // Its place follows the nearest point; far too deep a place is another contact's
-            // (against_axis), and this one stays.
-            const SegmentPair<double> pair = closest_segments(p1.a, p1.b, q1.a, q1.b);
-            if (std::sqrt(pair.squared_distance) > target - kElsewhere * c.distance) {
+            if (c.against_collider &&
+                std::sqrt(pair.squared_distance) <= target - kElsewhere * c.distance) {
+                // Far too deep a place is another contact's (against_axis), this one stays.
+                t = closest_on_segment(mix(p1.a, p1.b, s), q1.a, q1.b);
+            } else {
                 s = pair.s;
                 t = pair.t;
             }
