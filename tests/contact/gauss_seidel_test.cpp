@@ -115,9 +115,8 @@ struct Scene {
         return s;
     }
 
-    // mean |f_FB| at v + W r, with W applied by the rods' inverse and not by the solver's own
-    // blocks.
-    double residual(const std::vector<double>& impulses) const {
+    // v + W r, with W applied by the rods' inverse and not by the solver's own blocks.
+    std::vector<double> velocities(const std::vector<double>& impulses) const {
         const RodLayout layout = rods.layout();
         std::vector<double> w(v.size(), 0.0);
         for (std::size_t c = 0; c < laws.size(); ++c)
@@ -128,6 +127,12 @@ struct Scene {
                 b, std::span(w).subspan(layout.block_first[b],
                                         layout.block_first[b + 1] - layout.block_first[b]));
         for (std::size_t i = 0; i < w.size(); ++i) w[i] += v[i];
+        return w;
+    }
+
+    // mean |f_FB| there.
+    double residual(const std::vector<double>& impulses) const {
+        const std::vector<double> w = velocities(impulses);
         double sum = 0;
         for (std::size_t c = 0; c < laws.size(); ++c) {
             double u[3];
@@ -154,6 +159,10 @@ TEST_CASE("Gauss-Seidel on the true operator reaches the Coulomb law") {
         CHECK(report.residual < 1e-9);
         CHECK(s.residual(std::vector<double>(3 * contacts, 0.0)) > 1e-2);
         CHECK(s.residual(impulses) < 1e-7);  // the solver's W is kept in floats
+        // What they lack, a pass that starts from the velocities of these impulses makes good.
+        std::vector<double> again = impulses;
+        solver.solve(s.laws, s.velocities(impulses), impulses, s.settings(1), again);
+        CHECK(s.residual(again) < 1e-8);
     }
 }
 

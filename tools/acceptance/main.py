@@ -27,7 +27,6 @@ def every(work, field):
 def _(work):
     clone = work.folder / "clone"
     shutil.rmtree(clone, ignore_errors=True)
-    work.run("tools/setup base")
     work.run(f"git clone --quiet . {work.path('clone')}")
     start = time.monotonic()
     work.run(f"{work.path('clone')}/tools/demo", environment={"CCACHE_DISABLE": "1", "CMAKE_CXX_COMPILER_LAUNCHER": ""})

@@ -12,18 +12,9 @@ namespace keratin::bench {
 
 namespace {
 
-struct Capsule {
-    Vec3<float> a, ab;
-    float radius;
-};
-// As the strand section of the bench has them.
-const Capsule kCapsules[4] = {{{0, -0.001f, 0}, {0, 0.002f, 0}, 0.078f},
-                              {{0, -0.3f, 0}, {0, 0.16f, 0}, 0.05f},
-                              {{-0.2f, -0.35f, 0}, {0.15f, 0.1f, 0}, 0.06f},
-                              {{0.2f, -0.35f, 0}, {-0.15f, 0.1f, 0}, 0.06f}};
-
-float distance(const Capsule& c, const Vec3<float>& p, Vec3<float>& normal) {
-    return capsule_distance(p, c.a, c.ab, 1 / dot(c.ab, c.ab), c.radius, normal);
+float distance(const BodyCapsule& c, const Vec3<float>& p, Vec3<float>& normal) {
+    const Vec3<float> a(c.a[0], c.a[1], c.a[2]), ab = Vec3<float>(c.b[0], c.b[1], c.b[2]) - a;
+    return capsule_distance(p, a, ab, 1 / dot(ab, ab), c.radius, normal);
 }
 
 }  // namespace
@@ -146,15 +137,15 @@ void NaiveStrands::small_step(float h, std::size_t first, std::size_t count) {
         V now = parent + along * l[i];
         const V free = now;
         int hits = 0;
-        const Capsule* hit = nullptr;
+        const BodyCapsule* hit = nullptr;
         bool deep = false;
-        for (const Capsule& c : kCapsules) {
+        for (const BodyCapsule& c : kBody) {
             V normal;
             const float depth = -distance(c, now, normal);
             if (depth <= 0) continue;
             const bool in_plane = plane_room(along, l[i], normal, depth) > 0;
             now += way_out(along, l[i], normal, depth);
-            const V held = friction_move(previous[i] - now, normal, depth, 0.3f);
+            const V held = friction_move(previous[i] - now, normal, depth, kBodyFriction);
             if (in_plane)
                 now = parent + turned_along((now - parent) * (1 / l[i]), l[i], normal, held) * l[i];
             else
@@ -168,14 +159,14 @@ void NaiveStrands::small_step(float h, std::size_t first, std::size_t count) {
             before += shift;
             along = normalize_or(now - parent, along);
             now = parent + along * l[i];
-            for (const Capsule& c : kCapsules) {
+            for (const BodyCapsule& c : kBody) {
                 V ignored;
                 deep = deep || (&c != hit && distance(c, now, ignored) < 0);
             }
             for (int round = 0; deep && round < 16; ++round) {
                 deep = false;
                 V out = now;
-                for (const Capsule& c : kCapsules) {
+                for (const BodyCapsule& c : kBody) {
                     V normal;
                     const float depth = -distance(c, out, normal);
                     if (depth <= 2e-6f) continue;

@@ -6,6 +6,7 @@
 #include "schema/formula/vec3.h"
 #include "tools/scenes/groom.h"
 
+#include <array>
 #include <vector>
 
 namespace keratin::bench {
@@ -17,10 +18,21 @@ namespace keratin::bench {
 // velocity given back 9. Two of the sixteen follow the root.
 inline constexpr double kOperationsPerPoint = 318.0 * 14 / 16;
 
+// Head, neck and shoulders, of which hair on the head touches one or two.
+struct BodyCapsule {
+    std::array<float, 3> a, b;  // m, ends of the core
+    float radius;
+};
+inline constexpr BodyCapsule kBody[4] = {{{0, -0.001f, 0}, {0, 0.001f, 0}, 0.078f},
+                                         {{0, -0.3f, 0}, {0, -0.14f, 0}, 0.05f},
+                                         {{-0.2f, -0.35f, 0}, {-0.05f, -0.25f, 0}, 0.06f},
+                                         {{0.2f, -0.35f, 0}, {0.05f, -0.25f, 0}, 0.06f}};
+inline constexpr float kBodyFriction = 0.3f;
+
 class NaiveStrands {
   public:
     NaiveStrands(const scenes::Groom& groom, std::uint32_t iterations);
-    // One step of h with the roots at rest, against four capsules.
+    // One step of h with the roots at rest, against the body.
     void step(double h);
     const std::vector<Vec3<float>>& position() const { return x_; }
 

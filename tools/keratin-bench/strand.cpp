@@ -31,21 +31,15 @@ scenes::Groom scene(std::uint32_t guides, std::uint32_t points, std::uint32_t st
     return scenes::thick_groom(guides, points, strands_per_guide, options);
 }
 
-// Four capsules: head, neck and shoulders, of which hair touches one or two.
-void add_capsules(Settings& settings) {
-    const auto capsule = [](std::array<float, 3> a, std::array<float, 3> b, float r) {
-        return Collider{CapsuleCollider{a, b, r}, 0.3f};
-    };
-    settings.colliders = {capsule({0, -0.001f, 0}, {0, 0.001f, 0}, 0.078f),
-                          capsule({0, -0.3f, 0}, {0, -0.14f, 0}, 0.05f),
-                          capsule({-0.2f, -0.35f, 0}, {-0.05f, -0.25f, 0}, 0.06f),
-                          capsule({0.2f, -0.35f, 0}, {0.05f, -0.25f, 0}, 0.06f)};
+void add_body(Settings& settings) {
+    for (const BodyCapsule& c : kBody)
+        settings.colliders.push_back({CapsuleCollider{c.a, c.b, c.radius}, kBodyFriction});
 }
 
 // Shakes the head so that nothing sleeps or stands still.
 struct Shaker {
     Simulation* simulation;
-    bool capsules = true;  // the first is the head
+    bool body = true;  // its first collider is the head
     int frame = 0;
 
     void step() {
@@ -53,7 +47,7 @@ struct Shaker {
         const RigidTransform head{{0.05 * std::sin(6.283185307 * t), 0, 0},
                                   {0, std::sin(yaw / 2), 0, std::cos(yaw / 2)}};
         (void)simulation->set_motion(head);
-        if (capsules) (void)simulation->set_collider(0, head);
+        if (body) (void)simulation->set_collider(0, head);
         (void)simulation->step(1.0 / 60);
     }
 };
@@ -99,7 +93,7 @@ void constraints(Report& report) {
             Settings settings;
             settings.threads = threads;
             settings.lod = 0;
-            add_capsules(settings);
+            add_body(settings);
             auto s = Simulation::create(groom.info, groom.fields, settings);
             Shaker shaker{&*s};
             for (int i = 0; i < 20; ++i) shaker.step();
@@ -153,7 +147,7 @@ void narrower_sets(Report& report) {
         settings.threads = 1;
         settings.lod = 0;
         settings.instruction_set = set;
-        add_capsules(settings);
+        add_body(settings);
         auto s = Simulation::create(groom.info, groom.fields, settings);
         Shaker shaker{&*s};
         for (int i = 0; i < 20; ++i) shaker.step();
@@ -212,7 +206,7 @@ void frames(Report& report) {
             settings.threads = threads;
             settings.grid_resolution = c.grid;
             settings.output = OutputPrecision::float16;
-            add_capsules(settings);
+            add_body(settings);
             auto s = Simulation::create(groom.info, groom.fields, settings);
             Shaker shaker{&*s};
             for (int i = 0; i < 10; ++i) shaker.step();
