@@ -413,9 +413,11 @@ Result<void> advance(Simulation::State& s, double h) {
                 step.fraction_before = float(double(first + i) / n);
                 step.step_ratio = float(small / before);
                 // From rest x- = x stands for the x- = x + a h^2 / 2 of METHODS 1.3.
-                step.half_square =
-                    float(s.first_step && first + i == 0 ? small * small / 2
-                                                         : small * (small + before) / 2);
+                const double half_square = s.first_step && first + i == 0
+                                               ? small * small / 2
+                                               : small * (small + before) / 2;
+                step.half_square = float(half_square);
+                step.elastic_share = float(half_square / (small * small));
                 step.inverse_step = float(1 / small);
                 step.thrown = float(thrown / n);
                 step.inverse_previous = float(1 / before);

@@ -121,7 +121,10 @@ void predict(const Part<Pack> b, const QuadClass& group, const SmallStep& step) 
         const Pack3 u = b.get3(slot_x, i + 1);
         // The child's direction at its rest length: stretch is not this sweep's matter, and taken
         // as such it would be far stiffer than bending.
-        const Pack k = b.get(slot_stiffness, i), along = b.get(slot_along, i);
+        // As weight counts by h (h + h-) / 2, so do the forces that carry it; the matrix stays the
+        // step's own, which is stable while the share is less than twice its damping.
+        const Pack stiffness = b.get(slot_stiffness, i), along = b.get(slot_along, i);
+        const Pack k = stiffness * Pack(step.elastic_share);
         const Pack kl = k * b.length(i + 1);
         const Pack3 c = b.edge(i + 1);
         const Pack3 d = root.direction * c.x + root.director * c.y + side * c.z;
@@ -131,7 +134,7 @@ void predict(const Part<Pack> b, const QuadClass& group, const SmallStep& step) 
         const Pack3 child = b.x(i + 1), child_before = b.x_previous(i + 1);
         const Pack3 e_before = child_before - before;
         const Pack3 rate_next = child - now - e_before - cross(root_rate, e_before);
-        const Pack3 slowed = (rate_next - rate * lever) * (k * damping);
+        const Pack3 slowed = (rate_next - rate * lever) * (stiffness * damping);
         const Pack3 weight = (fall - u * (dot(u, fall) * held)) * b.get(slot_beyond, i + 1);
         const Pack inverse_rest = b.get(slot_inverse_length, i + 1);
         const Pack pull = bend_pull(b.length(i + 1), dot(u, g),

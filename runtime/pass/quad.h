@@ -105,6 +105,7 @@ struct SmallStep {
     float fraction_before = 0;   // and at its begin, [0, 1)
     float step_ratio = 1;        // h / h-
     float half_square = 0;       // h (h + h-) / 2, s^2
+    float elastic_share = 1;     // half_square / h^2: what elastic forces count of h^2 k
     float inverse_step = 0;      // 1 / h, 1/s
     float inverse_previous = 0;  // 1 / h-, 1/s
     float gravity[3] = {};
