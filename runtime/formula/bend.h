@@ -11,8 +11,8 @@ namespace keratin {
 #include "schema/formula/dual.h"
 
 // h^2 k over the mass per length of the stiffest joint that the system takes: 4e4 times the mass of
-// the child's half. Beyond, float would lose the mass in the sums; 32 points of any modulus then
-// sag by 0.6 % of 15 cm.
+// the child's half. Beyond, float would lose the mass in the sums; the weight that such a joint
+// carries is held back with it (carried_weight).
 KERATIN_FORMULA Real stiffest_joint(Real child_length) { return Real(2e4) * child_length; }
 
 // h^2 k over the mass per length: stiffness_step = h^2 E I / (density * area), 0 where there is no
@@ -22,6 +22,14 @@ KERATIN_FORMULA Real bend_stiffness(Real stiffness_step, Real parent_half, Real 
     Real l = select(none, Real(1), child_length);
     Real k = joint_stiffness(stiffness_step, parent_half, l);
     return select(none, Real(0), min(k, stiffest_joint(l)));
+}
+
+// What the weight beyond a joint counts where its stiffness is held back: the share of the stiffness
+// that is left, so that it bends by as much as it should.
+KERATIN_FORMULA Real carried_weight(Real stiffness_step, Real parent_half, Real child_length) {
+    Real l = max(child_length, Real(1e-9));
+    Real k = max(joint_stiffness(stiffness_step, parent_half, l), Real(1e-30));
+    return min(Real(1), stiffest_joint(l) / k);
 }
 
 // How far the grandparent takes part at rest: (t.d) / |a|, not below 0, of the unloaded edges a and

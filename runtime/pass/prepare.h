@@ -39,17 +39,18 @@ inline void prepare_bending(const Part<Work> b, const QuadClass& group, bool ben
 
     const Work kSweepShare(kSweepShareValue), total(1.0f + group.bend_damping);
     struct Joint {
-        Work elastic, k, lever, sweep;
+        Work elastic, k, lever, sweep, carries;
     };
     const auto joint = [&](std::size_t i) {
-        if (i >= n || !bends) return Joint{zero, zero, zero, zero};
+        if (i >= n || !bends) return Joint{zero, zero, zero, zero, one};
         const Work parent = b.length(i);
         const Work half = i == 1 ? zero : Work(0.5f) * parent;
         const Work elastic = bend_stiffness(stiffness, half, b.length(i + 1));
         const Work k = elastic * total;
         const Work3 edge = b.edge(i), child = b.edge(i + 1);
         return Joint{elastic, k, bend_lever(edge, child),
-                     k * kSweepShare * bend_sweep(edge, child)};
+                     k * kSweepShare * bend_sweep(edge, child),
+                     carried_weight(stiffness, half, b.length(i + 1))};
     };
 
     Joint below = joint(1), here = joint(2);
@@ -68,7 +69,8 @@ inline void prepare_bending(const Part<Work> b, const QuadClass& group, bool ben
         x = next;
         return weight_stiffness(hangs, max(far, zero), l);
     };
-    Work swing_here = swing(2, b.length(2), beyond - Work(0.5f) * b.length(2));
+    Work swing_here =
+        swing(2, b.length(2), (beyond - Work(0.5f) * b.length(2)) * below.carries);
     b.set(slot_inverse_length, 1, one / max(b.length(1), Work(1e-12f)));
     // The clamp's direction is the root frame's first axis.
     if (bends) b.set(slot_along, 1, b.edge(2).x);
@@ -84,7 +86,7 @@ inline void prepare_bending(const Part<Work> b, const QuadClass& group, bool ben
         const auto none = w < Work(1e-20f);
         const Work m = select(none, one, there);
         beyond = beyond - Work(0.5f) * mass_length;
-        b.set(slot_beyond, i, beyond);
+        b.set(slot_beyond, i, beyond * below.carries);
         beyond = beyond - Work(0.5f) * mass_length;
         const Work inverse_length = one / max(mass_length, Work(1e-12f));
         b.set(slot_inverse_length, i, inverse_length);
@@ -92,7 +94,8 @@ inline void prepare_bending(const Part<Work> b, const QuadClass& group, bool ben
         mass_length = next_length;
 
         const Work swing_next =
-            i < n ? swing(i + 1, next_length, beyond - Work(0.5f) * next_length) : zero;
+            i < n ? swing(i + 1, next_length, (beyond - Work(0.5f) * next_length) * here.carries)
+                  : zero;
         const Work far = one + here.lever;
         const Work a = m + below.k + here.k * (far * far) + above.k * (above.lever * above.lever) +
                        here.sweep + above.sweep + swing_here + swing_next;

@@ -22,7 +22,8 @@ inline constexpr std::size_t kBlockLanes = kBlockTiles * kTileLanes;
 // lies together: slots a power of two apart would fall on the same lines of the cache.
 enum Slot : std::uint32_t {
     slot_inverse_mass,    // 1 / (mass per line density) (1/m), 0 where a point is carried or absent
-    slot_beyond,          // mass beyond the middle of the edge to the parent, per line density (m)
+    slot_beyond,          // mass beyond the middle of the edge to the parent, per line density, as far as
+                          // the joint before carries it (m)
     slot_stiffness,       // h^2 k of the joint at this point, per line density (m)
     slot_pivot,           // 1 / D of the bending system's L D L^T
     slot_band1,           // L, one below the diagonal

@@ -44,6 +44,7 @@ inline constexpr int kInputs = 16, kOutputs = 4;
     X(joint_stiffness, out(joint_stiffness(abs(s(12)), abs(s(13)), number(1) + abs(s(14)))))       \
     X(bend_stiffness, out(bend_stiffness(abs(s(12)), abs(s(13)), abs(s(14)))))                     \
     X(stiffest_joint, out(stiffest_joint(s(12))))                                                  \
+    X(carried_weight, out(carried_weight(abs(s(12)), abs(s(13)), abs(s(14)))))                     \
     X(longest_turn, out(longest_turn(s(12))))                                                      \
     X(resolved_move, out(resolved_move(v(0), v(1), abs(s(12)))))                                   \
     X(bend_pull, out(bend_pull(abs(s(12)), s(13), abs(s(14)), abs(s(15)))))                        \
