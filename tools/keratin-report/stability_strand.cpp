@@ -57,10 +57,10 @@ class StrandRun final : public StressRun {
         const RigidTransform from = last_root_;
         // A jump is one: it is seen by the solver, not cut.
         const bool jump = stress_.root.path == RootPath::jump;
-        for (int k = 1; k <= parts; ++k) {
-            const double share = static_cast<double>(k) / parts;
+        // Both simulations take `share` of the step and what is prescribed then.
+        const auto advance = [&](Simulation& simulation, double share, double h) -> Result<void> {
             RigidTransform now = step.root;
-            if (k < parts && !jump) {
+            if (share < 1 && !jump) {
                 now.translation = add(scaled(1 - share, from.translation), scaled(share, step.root.translation));
                 const double half = share * turn / 2;
                 const Double3 axis = turn > 0 ? scaled(std::sin(half) / turn, step.turn) : Double3{};
@@ -68,13 +68,30 @@ class StrandRun final : public StressRun {
                                        Vec4<double>(from.rotation[0], from.rotation[1], from.rotation[2], from.rotation[3]));
                 now.rotation = {q.x, q.y, q.z, q.w};
             }
-            if (auto ok = simulation_->set_motion(now); !ok) return ok;
+            if (auto ok = simulation.set_motion(now); !ok) return ok;
             for (std::size_t i = 0; i < step.solids.size(); ++i) {
                 RigidTransform at;
                 at.translation = add(scaled(1 - share, last_solids_[i]), scaled(share, step.solids[i]));
-                if (auto ok = simulation_->set_collider(i, at); !ok) return ok;
+                if (auto ok = simulation.set_collider(i, at); !ok) return ok;
             }
-            if (auto ok = simulation_->step(step.h / parts); !ok) return ok;
+            return simulation.step(h);
+        };
+        for (int k = 1; k <= parts; ++k) {
+            const std::vector<std::byte> before = moves() ? save() : std::vector<std::byte>{};
+            const std::uint64_t steps_before = simulation_->health().small_steps;
+            if (auto ok = advance(*simulation_, static_cast<double>(k) / parts, step.h / parts); !ok) return ok;
+            if (!moves()) continue;
+            // The same once more, small step by small step.
+            const std::uint64_t n = simulation_->health().small_steps - steps_before;
+            const double small = step.h / parts / static_cast<double>(n);
+            if (auto ok = finely_->load(before); !ok) return ok;
+            for (std::uint64_t i = 1; i <= n; ++i) {
+                const double share = i == n && k == parts ? 1 : (k - 1 + static_cast<double>(i) / static_cast<double>(n)) / parts;
+                if (auto ok = advance(*finely_, share, small); !ok) return ok;
+                add_work(scaled(small / step.h, subtract(step.root.translation, from.translation)),
+                         subtract(add(scaled(1 - share, from.translation), scaled(share, step.root.translation)), origin()),
+                         scaled(small / step.h, step.turn), small);
+            }
         }
         last_root_ = step.root;
         last_solids_.assign(step.solids.begin(), step.solids.end());
@@ -86,9 +103,10 @@ class StrandRun final : public StressRun {
         for (std::uint32_t p = 0; p < count(s); ++p) out.push_back(add(at(simulation_->guides().position, s, p), origin()));
         return out;
     }
-    std::vector<Double3> velocities(std::size_t s) const override {
+    std::vector<Double3> velocities(std::size_t s) const override { return velocities(*simulation_, s); }
+    std::vector<Double3> velocities(const Simulation& simulation, std::size_t s) const {
         std::vector<Double3> out;
-        const GuideView g = simulation_->guides();
+        const GuideView g = simulation.guides();
         for (std::uint32_t p = 0; p < count(s); ++p)
             out.push_back(g.previous_step > 0 ? scaled(1 / g.previous_step, subtract(at(g.position, s, p), at(g.previous, s, p)))
                                               : Double3{});
@@ -127,6 +145,10 @@ class StrandRun final : public StressRun {
             e.elastic += 0.5 * (bending(g.position, s) + bending(g.previous, s));
         }
         return e;
+    }
+
+    std::optional<double> work() const override {
+        return moves() ? std::optional(work_) : std::nullopt;
     }
 
     std::uint64_t given_up() const override {
@@ -195,7 +217,45 @@ class StrandRun final : public StressRun {
         simulation_.emplace(std::move(*made));
         if (auto ok = simulation_->set_motion(last_root_); !ok) return ok;
         simulation_->reset();
+        if (!moves()) return {};
+        auto finely = Simulation::create(groom_.info, groom_.fields, settings);
+        if (!finely) return finely.error();
+        finely_.emplace(std::move(*finely));
         return {};
+    }
+
+    bool moves() const { return stress_.root.path != RootPath::still && stress_.root.path != RootPath::jump; }
+
+    // What the roots put in between the middles of the last small step and of this one, where the
+    // velocities of positions belong: the impulse that the points took up beside gravity's and
+    // damping's, and its moment, times how fast the roots move there, the mean of both steps. They move
+    // as one rigid body: by `way` to `place`, with `turn`, in this step. A whole step at a time would
+    // miss how a blow at its start goes on in it.
+    void add_work(const Double3& way, const Double3& place, const Double3& turn, double h) {
+        const Double3 spin = scaled(1 / h, turn);
+        const Double3 middle = subtract(place, scaled(0.5, way));
+        // how fast the body moves what is at the world's origin
+        const Double3 slide = subtract(scaled(1 / h, way), cross(spin, middle));
+        const double between = (h + last_h_) / 2;
+        Double3 impulse{}, moment{};
+        std::vector<std::vector<Double3>> speeds;
+        for (std::size_t s = 0; s < stress_.strands.size(); ++s) {
+            speeds.push_back(velocities(*finely_, s));
+            const std::vector<double> m = masses(s);
+            for (std::uint32_t p = 0; p < count(s); ++p) {
+                const Double3 now = speeds[s][p], last = last_speeds_.empty() ? Double3{} : last_speeds_[s][p];
+                Double3 taken = add(subtract(now, last), scaled(stress_.mass_damping * between / 2, add(now, last)));
+                taken[1] += stress_.gravity * between;
+                taken = scaled(m[p], taken);
+                impulse = add(impulse, taken);
+                moment = add(moment, cross(at(finely_->guides().previous, s, p), taken));
+            }
+        }
+        work_ += (dot(impulse, add(slide, last_slide_)) + dot(moment, add(spin, last_spin_))) / 2;
+        last_speeds_ = std::move(speeds);
+        last_h_ = h;
+        last_slide_ = slide;
+        last_spin_ = spin;
     }
 
     // What is prescribed, as it is at time t.
@@ -248,6 +308,10 @@ class StrandRun final : public StressRun {
     Stress stress_;
     scenes::Groom groom_;
     std::optional<Simulation> simulation_;
+    std::optional<Simulation> finely_;  // follows it in its small steps, where the roots move
+    double work_ = 0, last_h_ = 0;      // J; s
+    Double3 last_slide_{}, last_spin_{};
+    std::vector<std::vector<Double3>> last_speeds_;
     RigidTransform last_root_;
     std::vector<Double3> last_solids_;
 };
