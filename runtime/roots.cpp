@@ -228,6 +228,35 @@ std::uint64_t carry_jumps(Simulation::State& s, bool all, Velocity velocity) {
     return carried;
 }
 
+double root_kick(const Simulation::State& s, double h) {
+    const std::size_t stride = s.shape.one_motion ? 0 : kRootFloats * kTileLanes;
+    const float rate = float(1 / h), rate_before = s.first_step ? 0 : float(1 / s.previous_step);
+    std::atomic<float> most = 0;
+    const std::size_t even = even_grain(s.shape.tiles, s.threads);
+    share(s.settings.host, s.threads, s.shape.tiles, even, [&](std::size_t tile) {
+        const float* begin = s.root_begin.data() + tile * stride;
+        const float* end = s.root_end.data() + tile * stride;
+        const std::size_t first = s.tile_row(tile) * 48;
+        float here = 0;
+        for (std::size_t lane = 0; lane < kTileLanes; ++lane) {
+            const float* p = s.fields.guide_position.data() + first + lane;
+            const float* x = s.position.data() + first + lane;
+            const float* q = s.previous.data() + first + lane;
+            const Root a = read_lane(begin, lane), b = read_lane(end, lane);
+            const Vec3f rest(p[0], p[16], p[32]);
+            const Vec3f now = rotate(b.rotation, rest) + b.translation -
+                              (rotate(a.rotation, rest) + a.translation);
+            const Vec3f last(x[0] - q[0], x[16] - q[16], x[32] - q[32]);
+            const Vec3f kick = now * rate - last * rate_before;
+            here = std::max(here, dot(kick, kick));
+        }
+        float known = most.load();
+        while (here > known && !most.compare_exchange_weak(known, here)) {
+        }
+    });
+    return std::sqrt(double(most.load()));
+}
+
 void put_to_rest(Simulation::State& s, std::size_t tile, std::size_t lane) {
     const std::size_t stride = s.shape.one_motion ? 0 : kRootFloats * kTileLanes;
     const Root root = read_lane(s.root_end.data() + tile * stride, lane);

@@ -167,6 +167,8 @@ void skin_guides(Simulation::State& s);
 void skin_strands(Simulation::State& s);
 // Carries strands whose root jumps, and all of them when `all`; returns how many.
 std::uint64_t carry_jumps(Simulation::State& s, bool all, Velocity velocity);
+// By how much the velocity of the root that changes it most differs from the last small step's (m/s).
+double root_kick(const Simulation::State& s, double h);
 // Puts one strand to its rest pose on its root at the end of the step, at rest.
 void put_to_rest(Simulation::State& s, std::size_t tile, std::size_t lane);
 

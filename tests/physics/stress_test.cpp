@@ -1,8 +1,11 @@
+#include "tests/data_dir.h"
+#include "tools/keratin-report/print.h"
 #include "tools/keratin-report/stability.h"
 
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <fstream>
 
 using namespace keratin;
 using namespace keratin::report;
@@ -107,4 +110,24 @@ TEST_CASE("the strand solver keeps a case of the file's own kind") {
         INFO(c.what << " " << c.measured << " of " << c.tolerance);
         CHECK(c.passed());
     }
+}
+
+TEST_CASE("the strand solver stands every hard treatment that it can express") {
+    std::ifstream file(KERATIN_DATA_DIR "/validation/public.json");
+    auto cases = read_stress(Json::parse(file), "public.json");
+    REQUIRE(cases);
+    std::size_t judged = 0;
+    for (const StressCase& test : *cases) {
+        // a thousand seconds long
+        if (test.criteria.drift) continue;
+        // how dear steps are depends on what else the machine does
+        StressCase untimed = test;
+        untimed.criteria.time.reset();
+        const Outcome out = run_stress(untimed, strand_stress_solver());
+        INFO(outcome_text(out));
+        if (!out.not_applicable.empty()) continue;
+        ++judged;
+        CHECK(out.passed());
+    }
+    CHECK(judged == 42);
 }
