@@ -1,5 +1,6 @@
 #include "runtime/contact/gauss_seidel.h"
 
+#include "runtime/contact/contact_newton.h"
 #include "runtime/contact/coulomb.h"
 #include "runtime/contact/gauss_seidel_sweep.h"
 
@@ -26,7 +27,10 @@ constexpr std::uint32_t kEaseEvery = 16;
 constexpr double kUphill = 1.2;  // growth of the squared step at which the directions begin anew
 // Sweeps that do not bring the residual to this share of its best in so many more lead nowhere.
 constexpr double kProgress = 0.9;
-constexpr std::uint32_t kPatience = 100;
+constexpr std::uint32_t kPatience = 48;
+// Contacts of a strand that are solved together at most: the time goes with the cube.
+constexpr std::uint32_t kMostTogether = 128;
+constexpr std::uint32_t kStrandPatience = 4;  // rounds over the strands without progress
 constexpr std::size_t kBatchImpulses = 3 * kContactBatch;
 constexpr std::size_t kChunk = 1024;  // numbers that a thread takes at a time
 
@@ -78,9 +82,11 @@ struct GaussSeidel::Memory {
     std::vector<SweepSide> sides;           // by 2 * contact + side
     // Floats: a sweep reads them all, and what they lack the next pass's velocities make good.
     AlignedFloats columns;
+    AlignedNumbers exact;  // the same in doubles, where they are asked for
     AlignedNumbers state;
     AlignedNumbers impulse_before, impulse_along, state_before, state_along;  // of solve
-    std::vector<double> rows;  // 21 a side, for dense strands
+    AlignedNumbers best_impulse, best_eased;  // with the least residual of solve
+    std::vector<double> rows;                 // 21 a side, for dense strands
     std::vector<ContactBatch, AlignedAllocator<ContactBatch>> batches;
     std::vector<std::uint32_t> batch_of;  // 8 * batch + lane of each contact
     std::vector<Bucket> buckets;
@@ -88,6 +94,23 @@ struct GaussSeidel::Memory {
     std::vector<std::uint32_t> count, last_batch, bucket_of, order;
     std::vector<std::uint32_t> block_strands, block_start;
     std::vector<std::uint64_t> block_version;  // of the inverse that the block's columns come from
+
+    ContactNewton contact_newton;
+    std::vector<std::uint32_t> together;  // contacts that are solved together
+    std::vector<double> w, u, r, friction;
+
+    // The strands' numbers at v, and what the impulses not yet in v will add.
+    template <class Column>
+    void write_state(std::span<const ContactLaw> laws, std::span<const double> v,
+                     std::span<const double> applied, std::span<const double> impulses,
+                     const Column* columns_of, int threads);
+    void read_velocity(std::span<const ContactLaw> laws, std::uint32_t contact, double* u) const;
+    // Adds three by three numbers: what an impulse at side `from` gives side `to` of its strand.
+    void add_coupling(std::span<const ContactLaw> laws, std::uint32_t to, std::uint32_t from,
+                      double* w, std::size_t stride) const;
+    // The contacts in `together`, solved with all others' impulses as they are.
+    void solve_together(std::span<const ContactLaw> laws, std::span<const SidePlace> places,
+                        const GaussSeidelSettings& settings, std::span<double> impulses);
 };
 
 GaussSeidel::GaussSeidel() : memory_(std::make_unique<Memory>()) {}
@@ -97,13 +120,14 @@ GaussSeidel& GaussSeidel::operator=(GaussSeidel&&) noexcept = default;
 
 std::size_t GaussSeidel::bytes() const {
     const Memory& m = *memory_;
-    return m.columns.size() * sizeof(float) + (m.state.size() + m.rows.size()) * sizeof(double) +
+    return m.columns.size() * sizeof(float) +
+           (m.state.size() + m.rows.size() + m.exact.size()) * sizeof(double) +
            m.batches.size() * sizeof(ContactBatch) + m.sides.size() * sizeof(SweepSide);
 }
 
 void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> laws,
                            std::span<const SidePlace> places, const RodInverse& inverse,
-                           int threads) {
+                           int threads, bool exact) {
     Memory& m = *memory_;
     const std::size_t contacts = laws.size(), strand_count = layout.first.size();
 
@@ -134,6 +158,7 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
     m.side_order.resize(total);
     m.sides.resize(2 * contacts);
     m.columns.resize(column_numbers);
+    m.exact.clear();
     m.state.resize(state_numbers);
     m.rows.resize(42 * contacts);
     for (std::size_t c = 0; c < contacts; ++c)
@@ -224,18 +249,25 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
     }
     m.bucket_sum.resize(m.buckets.size());
     m.block_version.assign(blocks, std::numeric_limits<std::uint64_t>::max());
-    renew(layout, laws, places, inverse, threads);
+    renew(layout, laws, places, inverse, threads, exact);
 }
 
 void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> laws,
-                        std::span<const SidePlace> places, const RodInverse& inverse, int threads) {
+                        std::span<const SidePlace> places, const RodInverse& inverse, int threads,
+                        bool exact) {
     Memory& m = *memory_;
     const std::size_t contacts = laws.size();
     const std::size_t blocks = m.block_version.size();
+    if (exact && m.exact.empty()) {
+        m.exact.resize(m.columns.size());
+        m.block_version.assign(blocks, std::numeric_limits<std::uint64_t>::max());
+    }
+    exact = !m.exact.empty();
     // W, or its half, by one solve a column: a strand's next column beside those of its block.
 #pragma omp parallel num_threads(threads)
     {
         AlignedNumbers values;
+        std::vector<double> column;
 #pragma omp for schedule(dynamic)
         for (std::size_t b = 0; b < blocks; ++b) {
             const std::span<const std::uint32_t> members =
@@ -265,16 +297,16 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
                     for (const std::uint32_t s : members) {
                         const Memory::StrandPart& part = m.strands[s];
                         if (place >= part.side_count) continue;
-                        float* column = m.columns.data() + part.columns +
-                                        (3 * static_cast<std::size_t>(place) + k) * part.rows;
+                        const std::size_t at =
+                            part.columns + (3 * static_cast<std::size_t>(place) + k) * part.rows;
+                        column.assign(part.rows, 0.0);
                         std::uint32_t written = 0;
                         if (part.dense) {
                             const std::size_t numbers =
                                 4 * static_cast<std::size_t>(layout.vertex_count[s]);
                             const std::size_t first = layout.first[s] - begin;
                             for (std::size_t i = 0; i < numbers; ++i)
-                                column[written++] =
-                                    static_cast<float>(values[first + i * layout.lanes]);
+                                column[written++] = values[first + i * layout.lanes];
                         } else {
                             for (std::uint32_t j = 0; j < part.side_count; ++j) {
                                 const std::uint32_t other = m.side_order[part.first_side + j];
@@ -286,11 +318,14 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
                                                static_cast<std::size_t>(i) * rows.stride];
                                     for (int d = 0; d < 3; ++d) u[d] += rows.weight[d][i] * x;
                                 }
-                                for (int d = 0; d < 3; ++d)
-                                    column[written++] = static_cast<float>(u[d]);
+                                for (int d = 0; d < 3; ++d) column[written++] = u[d];
                             }
                         }
-                        while (written < part.rows) column[written++] = 0;
+                        for (std::uint32_t i = 0; i < part.rows; ++i)
+                            m.columns[at + i] = static_cast<float>(column[i]);
+                        if (exact)
+                            std::copy(column.begin(), column.end(),
+                                      m.exact.begin() + static_cast<std::ptrdiff_t>(at));
                     }
                 }
         }
@@ -327,6 +362,41 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
     }
 }
 
+template <class Column>
+void GaussSeidel::Memory::write_state(std::span<const ContactLaw> laws, std::span<const double> v,
+                                      std::span<const double> applied,
+                                      std::span<const double> impulses, const Column* columns_of,
+                                      int threads) {
+#pragma omp parallel for num_threads(threads) schedule(static)
+    for (std::size_t i = 0; i < touched.size(); ++i) {
+        const StrandPart& part = strands[touched[i]];
+        double* numbers = state.data() + part.state;
+        std::fill(numbers, numbers + part.rows, 0.0);
+        for (std::uint32_t j = 0; j < part.side_count; ++j) {
+            const std::uint32_t k = side_order[part.first_side + j];
+            const SideRows& side = laws[k / 2].rows[k % 2];
+            if (part.dense) {
+                for (int d = 0; d < 7; ++d)
+                    numbers[sides[k].read + d] =
+                        v[side.first + static_cast<std::size_t>(d) * side.stride];
+            } else {
+                add_velocity(side, v, numbers + sides[k].read);
+            }
+        }
+        for (std::uint32_t j = 0; j < part.side_count; ++j) {
+            const std::uint32_t k = side_order[part.first_side + j];
+            for (int d = 0; d < 3; ++d) {
+                const double missing = impulses[3 * (k / 2) + d] - applied[3 * (k / 2) + d];
+                if (missing == 0) continue;
+                const Column* column =
+                    columns_of + sides[k].column + static_cast<std::size_t>(d) * part.rows;
+                for (std::uint32_t row = 0; row < part.rows; ++row)
+                    numbers[row] += missing * column[row];
+            }
+        }
+    }
+}
+
 GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span<const double> v,
                                      std::span<const double> applied,
                                      const GaussSeidelSettings& settings,
@@ -354,35 +424,7 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
         batch.friction[lane] = std::min(laws[c].friction, kMostFriction);
         batch.eased[lane] = settings.leeway > 0 ? eased[c] : 0;
     }
-    // The strands' numbers at v, and what the impulses not yet in v will add.
-#pragma omp parallel for num_threads(settings.threads) schedule(static)
-    for (std::size_t i = 0; i < m.touched.size(); ++i) {
-        const Memory::StrandPart& part = m.strands[m.touched[i]];
-        double* state = m.state.data() + part.state;
-        std::fill(state, state + part.rows, 0.0);
-        for (std::uint32_t j = 0; j < part.side_count; ++j) {
-            const std::uint32_t k = m.side_order[part.first_side + j];
-            const SideRows& rows = laws[k / 2].rows[k % 2];
-            if (part.dense) {
-                for (int d = 0; d < 7; ++d)
-                    state[m.sides[k].read + d] =
-                        v[rows.first + static_cast<std::size_t>(d) * rows.stride];
-            } else {
-                add_velocity(rows, v, state + m.sides[k].read);
-            }
-        }
-        for (std::uint32_t j = 0; j < part.side_count; ++j) {
-            const std::uint32_t k = m.side_order[part.first_side + j];
-            for (int d = 0; d < 3; ++d) {
-                const double missing = impulses[3 * (k / 2) + d] - applied[3 * (k / 2) + d];
-                if (missing == 0) continue;
-                const float* column =
-                    m.columns.data() + m.sides[k].column + static_cast<std::size_t>(d) * part.rows;
-                for (std::uint32_t row = 0; row < part.rows; ++row)
-                    state[row] += missing * column[row];
-            }
-        }
-    }
+    m.write_state(laws, v, applied, impulses, m.columns.data(), settings.threads);
 
     const std::size_t buckets = m.buckets.size();
     auto mean_residual = [&] {
@@ -407,9 +449,23 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
     for (AlignedNumbers* a : {&m.state_before, &m.state_along}) a->assign(states, 0.0);
     const std::ptrdiff_t chunks = static_cast<std::ptrdiff_t>((states + kChunk - 1) / kChunk);
     double last_square = std::numeric_limits<double>::infinity(), along = 0;
-    double best = last_square;
+    double best = last_square, kept = report.start;
     std::uint32_t best_sweep = 0;
     bool done = false;
+    auto each_kept = [&](auto&& visit) {
+        for (std::size_t b = 0; b < m.batches.size(); ++b) {
+            visit(&m.batches[b].impulse[0][0], m.best_impulse.data() + b * kBatchImpulses,
+                  kBatchImpulses);
+            visit(m.batches[b].eased, m.best_eased.data() + b * kContactBatch, kContactBatch);
+        }
+    };
+    auto keep = [&] {
+        each_kept([](double* now, double* then, std::size_t n) { std::copy_n(now, n, then); });
+        kept = report.residual;
+    };
+    m.best_impulse.resize(numbers);
+    m.best_eased.resize(m.batches.size() * kContactBatch);
+    keep();
     auto each_impulse = [&](std::size_t bucket, auto&& visit) {
         for (std::size_t b = m.buckets[bucket].first_batch; b < m.buckets[bucket].last_batch; ++b)
             for (std::size_t i = 0; i < kBatchImpulses; ++i)
@@ -452,6 +508,7 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
                        (report.sweeps >= settings.least_sweeps &&
                         (report.residual <= settings.residual ||
                          report.sweeps >= best_sweep + kPatience));
+                if (!done && report.residual < kept) keep();
             }
             if (done) break;
             if (settings.leeway > 0 && report.sweeps % kEaseEvery == 0) {
@@ -500,6 +557,10 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
         }
     }
 
+    if (!(report.residual <= kept)) {
+        each_kept([](double* now, double* then, std::size_t n) { std::copy_n(then, n, now); });
+        report.residual = kept;
+    }
     for (std::size_t c = 0; c < contacts; ++c) {
         const ContactBatch& batch = m.batches[m.batch_of[c] / kContactBatch];
         const std::uint32_t lane = m.batch_of[c] % kContactBatch;
@@ -511,6 +572,149 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
             impulses[3 * c + k] = batch.impulse[k][lane];
         }
         report.change += std::sqrt(change);
+    }
+    return report;
+}
+
+void GaussSeidel::Memory::read_velocity(std::span<const ContactLaw> laws, std::uint32_t contact,
+                                        double* out) const {
+    for (int k = 0; k < 3; ++k) out[k] = laws[contact].constant[k];
+    for (std::uint32_t side = 0; side < laws[contact].sides; ++side) {
+        const SweepSide& at = sides[2 * contact + side];
+        const double* numbers = state.data() + at.state + at.read;
+        for (int k = 0; k < 3; ++k) {
+            if (at.dense == 0) {
+                out[k] += numbers[k];
+                continue;
+            }
+            for (int i = 0; i < 7; ++i)
+                out[k] += laws[contact].rows[side].weight[k][i] * numbers[i];
+        }
+    }
+}
+
+void GaussSeidel::Memory::add_coupling(std::span<const ContactLaw> laws, std::uint32_t to,
+                                       std::uint32_t from, double* out, std::size_t stride) const {
+    const SweepSide &read = sides[to], &give = sides[from];
+    for (std::size_t col = 0; col < 3; ++col) {
+        const double* column = exact.data() + give.column + col * give.rows + read.read;
+        for (std::size_t row = 0; row < 3; ++row) {
+            if (read.dense == 0) {
+                out[row * stride + col] += column[row];
+                continue;
+            }
+            for (int i = 0; i < 7; ++i)
+                out[row * stride + col] += laws[to / 2].rows[to % 2].weight[row][i] * column[i];
+        }
+    }
+}
+
+void GaussSeidel::Memory::solve_together(std::span<const ContactLaw> laws,
+                                         std::span<const SidePlace> places,
+                                         const GaussSeidelSettings& settings,
+                                         std::span<double> impulses) {
+    const std::size_t number = together.size(), n = 3 * number;
+    u.resize(n);
+    r.resize(n);
+    friction.resize(number);
+    for (std::size_t i = 0; i < number; ++i) {
+        const std::uint32_t c = together[i];
+        read_velocity(laws, c, &u[3 * i]);
+        friction[i] = std::min(laws[c].friction, kMostFriction);
+        for (std::size_t k = 0; k < 3; ++k) r[3 * i + k] = impulses[3 * c + k];
+    }
+    ContactNewtonSettings newton{settings.velocity_scale, settings.impulse_scale,
+                                 settings.residual * static_cast<double>(number)};
+    if (sum_of_residuals(friction, newton, r, u) <= newton.residual) return;
+    w.assign(n * n, 0.0);
+    for (std::size_t i = 0; i < number; ++i)
+        for (std::size_t j = 0; j < number; ++j)
+            for (std::uint32_t a = 0; a < laws[together[i]].sides; ++a)
+                for (std::uint32_t b = 0; b < laws[together[j]].sides; ++b) {
+                    const std::uint32_t to = 2 * together[i] + a, from = 2 * together[j] + b;
+                    if (places[to].strand == places[from].strand)
+                        add_coupling(laws, to, from, &w[3 * i * n + 3 * j], n);
+                }
+    contact_newton.solve(w, friction, newton, r, u);
+    for (std::size_t i = 0; i < number; ++i) {
+        const std::uint32_t c = together[i];
+        for (std::size_t k = 0; k < 3; ++k) {
+            const double change = r[3 * i + k] - impulses[3 * c + k];
+            if (change == 0) continue;
+            impulses[3 * c + k] = r[3 * i + k];
+            for (std::uint32_t side = 0; side < laws[c].sides; ++side) {
+                const SweepSide& give = sides[2 * c + side];
+                const double* column = exact.data() + give.column + k * give.rows;
+                double* numbers = state.data() + give.state;
+                for (std::uint32_t row = 0; row < give.rows; ++row)
+                    numbers[row] += change * column[row];
+            }
+        }
+    }
+}
+
+GaussSeidelReport GaussSeidel::solve_strands(std::span<const ContactLaw> laws,
+                                             std::span<const SidePlace> places,
+                                             std::span<const double> v,
+                                             std::span<const double> applied,
+                                             const GaussSeidelSettings& settings,
+                                             std::span<double> impulses) {
+    Memory& m = *memory_;
+    const std::size_t contacts = laws.size();
+    GaussSeidelReport report;
+    if (contacts == 0 || m.exact.empty()) return report;
+    m.write_state(laws, v, applied, impulses, m.exact.data(), settings.threads);
+    const std::vector<double> before(impulses.begin(), impulses.end());
+    const ContactNewtonSettings scales{settings.velocity_scale, settings.impulse_scale, 0};
+    auto mean_residual = [&] {
+        double sum = 0;
+        for (std::uint32_t c = 0; c < contacts; ++c) {
+            double u[3];
+            m.read_velocity(laws, c, u);
+            const double mu[1] = {std::min(laws[c].friction, kMostFriction)};
+            sum += sum_of_residuals(mu, scales, impulses.subspan(3 * c, 3), u);
+        }
+        return sum / static_cast<double>(contacts);
+    };
+    report.start = report.residual = mean_residual();
+    double best = report.residual;
+    std::uint32_t best_round = 0;
+    std::vector<double> kept(before);
+    double kept_residual = report.residual;
+    while (report.sweeps < settings.most_sweeps && report.residual > settings.residual) {
+        for (const std::uint32_t s : m.touched) {
+            const Memory::StrandPart& part = m.strands[s];
+            for (std::uint32_t first = 0; first < part.side_count; first += kMostTogether) {
+                const std::uint32_t last = std::min(part.side_count, first + kMostTogether);
+                m.together.clear();
+                for (std::uint32_t j = first; j < last; ++j)
+                    m.together.push_back(m.side_order[part.first_side + j] / 2);
+                std::sort(m.together.begin(), m.together.end());
+                m.together.erase(std::unique(m.together.begin(), m.together.end()),
+                                 m.together.end());
+                m.solve_together(laws, places, settings, impulses);
+            }
+        }
+        ++report.sweeps;
+        report.residual = mean_residual();
+        if (report.residual < kept_residual) {
+            kept_residual = report.residual;
+            std::copy(impulses.begin(), impulses.end(), kept.begin());
+        }
+        if (report.residual < kProgress * best) {
+            best = report.residual;
+            best_round = report.sweeps;
+        } else if (report.sweeps >= best_round + kStrandPatience) {
+            break;
+        }
+    }
+    report.residual = kept_residual;
+    std::copy(kept.begin(), kept.end(), impulses.begin());
+    for (std::size_t c = 0; c < contacts; ++c) {
+        double square = 0;
+        for (std::size_t k = 3 * c; k < 3 * c + 3; ++k)
+            square += (impulses[k] - before[k]) * (impulses[k] - before[k]);
+        report.change += std::sqrt(square);
     }
     return report;
 }

@@ -48,13 +48,16 @@ class GaussSeidel {
     GaussSeidel(GaussSeidel&&) noexcept;
     GaussSeidel& operator=(GaussSeidel&&) noexcept;
 
-    // Computes W. laws: the contacts; places: [2 * contacts], of sides that exist.
+    // Computes W. laws: the contacts; places: [2 * contacts], of sides that exist. exact: in
+    // doubles too, for solve_strands.
     void assemble(const RodLayout& layout, std::span<const ContactLaw> laws,
-                  std::span<const SidePlace> places, const RodInverse& inverse, int threads);
+                  std::span<const SidePlace> places, const RodInverse& inverse, int threads,
+                  bool exact = false);
 
     // The same for the same contacts after some blocks' factors have changed: their columns alone.
     void renew(const RodLayout& layout, std::span<const ContactLaw> laws,
-               std::span<const SidePlace> places, const RodInverse& inverse, int threads);
+               std::span<const SidePlace> places, const RodInverse& inverse, int threads,
+               bool exact = false);
 
     // Sweeps from impulses [3 * contacts] (contact frames), in place. v: velocities that contain
     // the impulses `applied` [3 * contacts]. Laws as at assemble, their constants may differ.
@@ -63,6 +66,17 @@ class GaussSeidel {
     GaussSeidelReport solve(std::span<const ContactLaw> laws, std::span<const double> v,
                             std::span<const double> applied, const GaussSeidelSettings& settings,
                             std::span<double> impulses, std::span<double> eased = {});
+
+    // Goes on where solve() has come to a stand: strand after strand, all contacts of a strand
+    // together (contact_newton.h), up to most_sweeps times over all strands. W as it was assembled
+    // with `exact`. Contacts on one strand share its stiffness against stretching, which sweeps
+    // over single contacts move loads along at a crawl: where friction winds a rope round a pole, 5
+    // 000 sweeps lead nowhere.
+    GaussSeidelReport solve_strands(std::span<const ContactLaw> laws,
+                                    std::span<const SidePlace> places, std::span<const double> v,
+                                    std::span<const double> applied,
+                                    const GaussSeidelSettings& settings,
+                                    std::span<double> impulses);
 
     // Bytes that W takes.
     std::size_t bytes() const;

@@ -11,6 +11,8 @@
 namespace keratin {
 namespace {
 
+constexpr std::uint32_t kMostRounds = 20;  // over all strands, of contacts solved together
+
 double now() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
         .count();
@@ -51,6 +53,7 @@ struct StrandContact::Memory {
     std::vector<double> impulses, applied;  // [3 * contacts], contact frames
     std::vector<double> eased;              // [contacts] m/s
     bool changed = true;                    // contacts since W was assembled
+    bool together = false;                  // sweeps have not been enough in this step
     bool unapplied = false;  // remembered impulses that the velocity does not contain yet
     ImpulsePass impulse_pass;
     GaussSeidel gauss_seidel;
@@ -228,6 +231,7 @@ void StrandContact::begin_step(const ContactProblem& problem) {
     m.laws.clear();
     m.changed = true;
     m.searched = false;
+    m.together = false;
     m.unapplied = false;
     m.report = {};
     m.residuals.clear();
@@ -308,9 +312,11 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
         }
     } else if (n > 0) {
         if (m.changed)
-            m.gauss_seidel.assemble(problem.layout, m.laws, m.places, inverse, m.solve_threads());
+            m.gauss_seidel.assemble(problem.layout, m.laws, m.places, inverse, m.solve_threads(),
+                                    m.together);
         else
-            m.gauss_seidel.renew(problem.layout, m.laws, m.places, inverse, m.solve_threads());
+            m.gauss_seidel.renew(problem.layout, m.laws, m.places, inverse, m.solve_threads(),
+                                 m.together);
         m.changed = false;
         GaussSeidelSettings settings;
         settings.threads = m.solve_threads();
@@ -327,7 +333,7 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
             least_distance = std::min(least_distance, m.contacts[c].distance);
         }
         settings.leeway = m.settings.gap_leeway * least_distance / problem.step;
-        const GaussSeidelReport report =
+        GaussSeidelReport report =
             m.gauss_seidel.solve(m.laws, v, m.applied, settings, m.impulses, m.eased);
         for (std::size_t c = 0; c < n; ++c) {
             const double moved = m.eased[c] - m.contacts[c].eased / problem.step;
@@ -335,6 +341,14 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
             m.contacts[c].gap += moved * problem.step;
             m.contacts[c].eased = m.eased[c] * problem.step;
         }
+        if (m.together && report.residual > m.settings.accepted_residual) {
+            settings.most_sweeps = kMostRounds;
+            const GaussSeidelReport more =
+                m.gauss_seidel.solve_strands(m.laws, m.places, v, m.applied, settings, m.impulses);
+            report.residual = more.residual;
+            report.change += more.change;
+        }
+        m.together = m.together || report.residual > m.settings.accepted_residual;
         m.report.sweeps += report.sweeps;
         change = report.change;
         residual = report.start;

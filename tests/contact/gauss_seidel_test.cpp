@@ -206,6 +206,23 @@ TEST_CASE("strands with more contacts than numbers are solved over their velocit
     CHECK(s.residual(impulses) == Approx(report.residual).margin(1e-7));
 }
 
+TEST_CASE("all contacts of a strand together come to the same solution as one after the other") {
+    const Scene scene({8, 6, 9, 12, 5}, 24, 31);
+    const GaussSeidelSettings settings = scene.settings(1);
+    GaussSeidel solver;
+    solver.assemble(scene.rods.layout(), scene.laws, scene.places, scene.rods, 1, true);
+    std::vector<double> swept(3 * scene.laws.size(), 0.0), together(swept);
+    const std::vector<double> none(swept);
+    solver.solve(scene.laws, scene.v, none, settings, swept);
+    const GaussSeidelReport report =
+        solver.solve_strands(scene.laws, scene.places, scene.v, none, settings, together);
+    CHECK(report.residual <= settings.residual);
+    CHECK(scene.residual(together) <= 2 * settings.residual);
+    CHECK(report.sweeps < 40);
+    const std::vector<double> u = scene.velocities(swept), v = scene.velocities(together);
+    for (std::size_t i = 0; i < u.size(); ++i) CHECK(v[i] == Approx(u[i]).margin(1e-5));
+}
+
 TEST_CASE("impulses that the velocity does not contain yet are accounted for") {
     Scene s(std::vector<std::uint32_t>(23, 6), 30, 42);
     std::vector<double> first(90, 0.0), none(90, 0.0);
