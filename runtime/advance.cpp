@@ -25,8 +25,7 @@ using Clock = std::chrono::steady_clock;
 class Timed {
   public:
     Timed(Simulation::State& s, PassId pass)
-        : slot_(s.times[worker_index()].ticks[std::size_t(pass)]),
-          start_(ticks()) {}
+        : slot_(s.times[worker_index()].ticks[std::size_t(pass)]), start_(ticks()) {}
     ~Timed() { slot_ += ticks() - start_; }
 
   private:
@@ -39,10 +38,10 @@ class Timed {
 constexpr double kAirViscosity = 1.81e-5;  // Pa s
 constexpr double kPi = 3.14159265358979323846;
 
-// Relaxation time of bending (s), on top of the material's own 3 eta / E: moments follow the rate of
-// bending as well as the bend. It takes little from the sway of a strand as a whole, but kinks that
-// contacts and the length passes leave, which the direct solve would answer with as hard a kick
-// back, die within a few small steps. At 1/240 s curls on a head still fluttered for ever.
+// Relaxation time of bending (s), on top of the material's own 3 eta / E: moments follow the rate
+// of bending as well as the bend. It takes little from the sway of a strand as a whole, but kinks
+// that contacts and the length passes leave, which the direct solve would answer with as hard a
+// kick back, die within a few small steps. At 1/240 s curls on a head still fluttered for ever.
 constexpr double kBendRelaxation = 1.0 / 60;
 
 // Largest push of the volume, in voxels per (1/60 s)^2 (METHODS 1.3).
@@ -73,8 +72,7 @@ void fill_class(const Simulation::State& s, const Simulation::State::ClassKey& k
         out.volume[row] = s.settings.passes.grid_volume ? float(ramp_value(p.volume, at)) : 0.0f;
     }
     out.stiffness_step = float(small * small * bending_per_mass(m));
-    for (int c = 0; c < 3; ++c)
-        out.weight_step[c] = float(small * small) * s.settings.gravity[c];
+    for (int c = 0; c < 3; ++c) out.weight_step[c] = float(small * small) * s.settings.gravity[c];
     const double relaxation =
         kBendRelaxation + (m.youngs_modulus > 0 ? 3 * double(m.viscosity) / m.youngs_modulus : 0);
     out.bend_damping = float(relaxation / small);
@@ -95,6 +93,9 @@ Quad quad_of(Simulation::State& s, std::size_t index, int thread) {
     q.shape = s.fields.guide_shape.data() + first * 48;
     q.edge = s.rest_edge.data() + (s.rest_edge.size() > 0 ? first * 48 : 0);
     q.rest = s.fields.guide_position.data() + first * 48;
+    q.filling_rest = s.filling_rest.size() > 0
+                         ? s.filling_rest.data() + first * kFillingRestFloats * 16
+                         : nullptr;
     q.root_stride = s.shape.one_motion ? 0 : kRootFloats * kTileLanes;
     q.root_begin = s.root_begin.data() + tile * q.root_stride;
     q.root_end = s.root_end.data() + tile * q.root_stride;
@@ -114,6 +115,27 @@ Quad quad_of(Simulation::State& s, std::size_t index, int thread) {
     return q;
 }
 
+// Of a quad, all but the unit of displacements.
+ScatterInput scatter_input(const Simulation::State& s, std::size_t quad, const GridShape& g) {
+    const Material& m = s.info.groups[s.class_keys[s.quads[quad].group_class].group].material;
+    const double strands_per_guide =
+        s.info.guide_count > 0
+            ? double(std::max(s.info.strand_count, s.info.guide_count)) / s.info.guide_count
+            : 1;
+    const float voxel = g.spacing * g.spacing * g.spacing;
+    ScatterInput in;
+    in.shape = g;
+    in.mass_scale = s.inverse_mean_length;
+    in.filling_scale =
+        float(double(m.density) * kPi * m.radius * m.radius2 * strands_per_guide / double(voxel));
+    in.mean_density = s.mean_density;
+    in.point_count = s.fields.guide_point_count.data() + quad * kQuadLanes;
+    in.density = s.fields.guide_density.empty()
+                     ? nullptr
+                     : s.fields.guide_density.data() + s.tile_row(quad * kQuadTiles) * 16;
+    return in;
+}
+
 // Grid over the hair as it is now; returns whether anything is in it.
 bool fill_grid(Simulation::State& s, GridView& view, double h) {
     float low[3] = {1e30f, 1e30f, 1e30f}, high[3] = {-1e30f, -1e30f, -1e30f}, fastest = 0;
@@ -129,41 +151,35 @@ bool fill_grid(Simulation::State& s, GridView& view, double h) {
     const std::uint32_t along = s.shape.grid_bricks_along;
     GridShape& g = view.shape;
     for (int c = 0; c < 3; ++c) g.bricks[c] = along;
-    // Half as long again as the groom at rest, about the middle of the hair, on whole voxels.
+    // Half as long again as the groom at rest, about the middle of the hair, on whole voxels of the
+    // asset.
     float side = 0;
     for (int c = 0; c < 3; ++c) side = std::max(side, s.info.bounds_max[c] - s.info.bounds_min[c]);
     g.spacing = 1.5f * std::max(side, 1e-3f) / float(along * kBrickSide);
     g.inverse_spacing = 1 / g.spacing;
+    const Vec4d turn = conjugate(rotation_of(s.motion_now));
+    for (int c = 0; c < 3; ++c) {
+        const Vec3d column = rotate(turn, Vec3d(c == 0, c == 1, c == 2));
+        g.to_own[c] = float(column.x), g.to_own[c + 3] = float(column.y);
+        g.to_own[c + 6] = float(column.z);
+        g.place[c] = float(s.motion_now.translation[c] - s.settings.origin[c]);
+    }
+    const auto middle = [&](int c) { return (double(low[c]) + high[c]) / 2 - double(g.place[c]); };
+    const Vec3d own = rotate(turn, Vec3d(middle(0), middle(1), middle(2)));
+    const double center[3] = {own.x, own.y, own.z};
     for (int c = 0; c < 3; ++c)
-        g.origin[c] = std::floor((low[c] + high[c]) * 0.5f * g.inverse_spacing -
-                                 0.5f * float(along * kBrickSide)) *
-                      g.spacing;
+        g.origin[c] =
+            float(std::floor(center[c] * double(g.inverse_spacing) - 0.5 * (along * kBrickSide))) *
+            g.spacing;
 
     const float unit = std::max(std::sqrt(fastest), 1e-9f);
     const std::size_t bricks = g.brick_count();
     std::vector<GridSums>& sums = s.grid_sums;
-    const double strands_per_guide =
-        s.info.guide_count > 0
-            ? double(std::max(s.info.strand_count, s.info.guide_count)) / s.info.guide_count
-            : 1;
-    const float voxel = g.spacing * g.spacing * g.spacing;
-
     share(s.settings.host, s.threads, s.quads.size(), 2, [&](std::size_t i) {
         if (s.quads[i].guides == 0) return;
         Timed timed(s, PassId::grid_scatter);
-        const GroupInfo& group = s.info.groups[s.class_keys[s.quads[i].group_class].group];
-        const Material& m = group.material;
-        ScatterInput in;
-        in.shape = g;
+        ScatterInput in = scatter_input(s, i, g);
         in.inverse_displacement_unit = 1 / unit;
-        in.mass_scale = s.inverse_mean_length;
-        in.filling_scale = float(double(m.density) * kPi * m.radius * m.radius2 *
-                                 strands_per_guide / double(voxel));
-        in.mean_density = s.mean_density;
-        in.point_count = s.fields.guide_point_count.data() + i * kQuadLanes;
-        in.density = s.fields.guide_density.empty()
-                         ? nullptr
-                         : s.fields.guide_density.data() + s.tile_row(i * kQuadTiles) * 16;
         s.kernels->grid_scatter(quad_of(s, i, int(worker_index())), in, sums[worker_index()]);
     });
     const std::size_t even = even_grain(bricks, s.threads);
@@ -327,6 +343,18 @@ void measure_quads(Simulation::State& s) {
     }
 }
 
+void measure_filling(Simulation::State& s) {
+    GridView grid;
+    if (!fill_grid(s, grid, 1)) return;
+    for (std::size_t i = 0; i < s.quads.size(); ++i)
+        if (s.quads[i].guides > 0)
+            s.kernels->grid_at_rest(
+                quad_of(s, i, 0), scatter_input(s, i, grid.shape), grid,
+                s.filling_rest.data() + s.tile_row(i * kQuadTiles) * kFillingRestFloats * 16);
+    // making is no part of a step
+    for (Simulation::State::ThreadTimes& t : s.times) t = {};
+}
+
 void write_strands(Simulation::State& s) {
     const bool carry = s.plan.has(PassId::carry);
     if ((!carry && !s.plan.has(PassId::interpolate)) || s.strand_count == 0) return;
@@ -397,7 +425,8 @@ Result<void> advance(Simulation::State& s, double h) {
         auto n = std::max(1u, std::uint32_t(std::ceil(wanted - 1e-6)));
         // Small steps in which roots take up a new velocity no faster than the hair can follow.
         const double kicked = root_kick(s, h) * h * s.inverse_mean_length / kLongestKick;
-        if (kicked > n) n = std::min(kMostFiner * n, std::uint32_t(std::ceil(std::min(kicked, 1e6))));
+        if (kicked > n)
+            n = std::min(kMostFiner * n, std::uint32_t(std::ceil(std::min(kicked, 1e6))));
         double thrown = 0;
         if (s.plan.has(PassId::collide))
             if (const SolidSteps solid = steps_for_solids(s); solid.count > n)

@@ -47,11 +47,10 @@ constexpr std::array<PassEntry, kPassCount> kPasses{{
 }};
 
 constexpr std::array<std::string_view, kBufferCount> kBufferNames{
-    "position",   "previous",        "rest_edge",      "root",
-    "bone_pose",  "mesh_position",   "triangle_slot",  "grid_sum",
-    "grid_field", "grid_brick",      "collider",       "strand_root",
-    "guide_line", "strand_position", "strand_tangent", "strand_previous",
-    "quad_state", "scratch"};
+    "position",       "previous",        "rest_edge",     "filling_rest", "root",
+    "bone_pose",      "mesh_position",   "triangle_slot", "grid_sum",     "grid_field",
+    "grid_brick",     "collider",        "strand_root",   "guide_line",   "strand_position",
+    "strand_tangent", "strand_previous", "quad_state",    "scratch"};
 
 }  // namespace
 

@@ -239,6 +239,8 @@ std::uint64_t buffer_bytes(BufferId id, const RunShape& s) {
         case BufferId::position:
         case BufferId::previous:
             return point_lanes * 3 * sizeof(float);
+        case BufferId::filling_rest:
+            return s.volume ? point_lanes * kFillingRestFloats * sizeof(float) : 0;
         case BufferId::root:
             return (s.one_motion ? 1 : std::uint64_t{s.tiles}) * 2 * 7 * kTileLanes * sizeof(float);
         case BufferId::bone_pose:

@@ -33,6 +33,7 @@ enum class BufferId {
     position,         // guides, end of the step
     previous,         // guides, one small step earlier
     rest_edge,        // guides, unloaded edges in the root's frame
+    filling_rest,     // guides, filling of the grid in the groom at rest, and own share of it
     root,             // root transform of each guide, start and end of the step
     bone_pose,        // bones, start and end of the step
     mesh_position,    // stored mesh vertices, end of the step
@@ -49,7 +50,7 @@ enum class BufferId {
     quad_state,       // per 64 guides: bounds, sleep, health
     scratch           // per thread
 };
-inline constexpr std::size_t kBufferCount = 18;
+inline constexpr std::size_t kBufferCount = 19;
 std::string_view name_of(BufferId buffer);
 
 struct PlannedPass {

@@ -52,6 +52,8 @@ void allocate(Simulation::State& s) {
     if (planned(BufferId::position)) s.position.allocate(point_lanes * 3, host);
     if (planned(BufferId::previous)) s.previous.allocate(point_lanes * 3, host);
     if (planned(BufferId::rest_edge)) s.rest_edge.allocate(point_lanes * 3, host);
+    if (planned(BufferId::filling_rest))
+        s.filling_rest.allocate(point_lanes * kFillingRestFloats, host);
     if (planned(BufferId::root)) {
         const std::size_t floats = (shape.one_motion ? 1 : shape.tiles) * kRootFloats * kTileLanes;
         s.root_begin.allocate(floats, host);
@@ -281,6 +283,7 @@ Result<Simulation> Simulation::create(const AssetInfo& info, const AssetFields& 
     }
     s.collider_next.resize(std::max(s.collider_next.size(), s.solids.size()));
     rest_everything(s);
+    if (s.filling_rest.size() > 0) measure_filling(s);
     log(s, LogLevel::note, "%u guides, %u render strands, %llu bytes", s.info.guide_count,
         s.shape.strands, static_cast<unsigned long long>(s.plan.total_bytes()));
     return Simulation(std::move(state));

@@ -111,7 +111,7 @@ struct Simulation::State {
     bool disturbed = false;  // gravity or wind was changed: nothing sleeps on
 
     // Buffers.
-    Block64<float> position, previous, rest_edge, root_begin, root_end, strand_root, line;
+    Block64<float> position, previous, rest_edge, filling_rest, root_begin, root_end, strand_root, line;
     Block64<float> strand_position, strand_tangent, strand_previous;
     Block64<std::uint16_t> strand_half, strand_half_previous;
     std::array<float, 3> half_center_previous{};
@@ -195,5 +195,7 @@ void wind_at(const Simulation::State& s, double time, SmallStep& step);
 Result<void> advance(Simulation::State& s, double h);
 void write_strands(Simulation::State& s);
 void measure_quads(Simulation::State& s);
+// Fills filling_rest from the guides as they are now: at rest, where their roots have not moved.
+void measure_filling(Simulation::State& s);
 
 }  // namespace keratin

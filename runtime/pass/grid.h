@@ -17,10 +17,14 @@ namespace keratin {
 inline constexpr std::uint32_t kBrickSide = 4;
 inline constexpr std::uint32_t kBrickVoxels = kBrickSide * kBrickSide * kBrickSide;
 
+// It turns and moves along with the asset, so that a groom that does too meets the voxels that it
+// met at rest.
 struct GridShape {
-    std::uint32_t bricks[3] = {};  // along each axis
-    float origin[3] = {};          // m, of voxel (0, 0, 0)'s sample point
-    float spacing = 0;             // m
+    float to_own[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // world to the grid's axes; rows of the matrix
+    float place[3] = {};                            // m, world, where the grid's own 0 is
+    std::uint32_t bricks[3] = {};                   // along each axis
+    float origin[3] = {};                           // m, own, of voxel (0, 0, 0)'s sample point
+    float spacing = 0;                              // m
     float inverse_spacing = 0;
 
     std::size_t brick_count() const { return std::size_t{bricks[0]} * bricks[1] * bricks[2]; }
@@ -49,6 +53,10 @@ struct ScatterInput {
 
 // Numbers of a voxel that the gather reads: with friction its mean displacement comes first.
 constexpr std::size_t grid_field_floats(bool friction) { return friction ? 4 : 1; }
+
+// What a guide point keeps of the groom at rest: the filling at its place but for its own share,
+// and that share.
+inline constexpr std::size_t kFillingRestFloats = 2;
 
 // Mean displacement of each voxel (m per small step) and its filling, ready to be read.
 struct GridView {

@@ -16,7 +16,7 @@ struct Cells : GridCells<Tile> {
         : GridCells(g.origin, g.inverse_spacing,
                     {g.bricks[0] * kBrickSide - 1, g.bricks[1] * kBrickSide - 1,
                      g.bricks[2] * kBrickSide - 1},
-                    x) {
+                    times(g.to_own, x - splat<Tile>(g.place))) {
         const std::uint32_t row = g.bricks[0], slab = row * g.bricks[1];
         constexpr std::uint32_t kStep[3] = {1, kBrickSide, kBrickSide * kBrickSide};
         const std::uint32_t to_brick[3] = {kBrickVoxels, kBrickVoxels * row, kBrickVoxels * slab};
@@ -45,5 +45,19 @@ struct Cells : GridCells<Tile> {
         return part(0) * part(1) * part(2);
     }
 };
+
+// Half of the segments on either side of each point in a row of a quad: what it stands for.
+KERATIN_ALWAYS_INLINE Tile carried_length(const float* length, std::size_t row, bool has_child) {
+    const Tile below = has_child ? load<Tile>(length + (row + 1) * kTileLanes, 0) : Tile(0.0f);
+    return (load<Tile>(length + row * kTileLanes, 0) + below) * Tile(0.5f);
+}
+
+// What the points of a row fill of a voxel (filled_share).
+KERATIN_ALWAYS_INLINE Tile filled(const ScatterInput& in, const float* length, std::size_t row,
+                                  bool has_child) {
+    const Tile rho =
+        in.density ? load<Tile>(in.density + row * kTileLanes, 0) : Tile(in.mean_density);
+    return filled_share(carried_length(length, row, has_child) * Tile(in.filling_scale), rho);
+}
 
 }  // namespace keratin::KERATIN_ISA

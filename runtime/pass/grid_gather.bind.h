@@ -2,4 +2,5 @@
 #define KERATIN_BIND_GRID_GATHER(X) \
     X(position, float, read)        \
     X(previous, float, update)      \
+    X(filling_rest, float, read)    \
     X(grid_field, float, read)

@@ -1,6 +1,8 @@
 // Gives free points what the grid found: friction blends their displacement with their neighbours'
 // mean, volume preservation pushes them down the gradient of the filling (METHODS 1.3). Both change
-// the previous position only, so what follows sees a velocity.
+// the previous position only, so what follows sees a velocity. Where no more is filled than in
+// the groom at rest, nothing is pushed. A point does not count itself: of sparse hair most of what
+// is filled at a point's place would be its own, and mean nothing but where it stands in its voxel.
 #include "runtime/pass/grid_cells.h"
 #include "runtime/pass/kernel.h"
 
@@ -11,15 +13,16 @@ namespace {
 
 using Float4 = float __attribute__((vector_size(16)));
 
-// Trilinear values at one row of a tile: mean displacement and gradient of the filling. Points
-// outside of the grid get their own displacement and no gradient.
+// Trilinear values at one row of a tile: mean displacement, and the filling and its gradient but
+// for the point's own share. Points outside of the grid get their own displacement and no gradient.
 struct Samples {
     Vec3<Tile> mean, gradient;
+    Tile filling;
 };
 
 template <bool friction, bool volume>
 KERATIN_ALWAYS_INLINE Samples sample(const GridView& grid, const Vec3<Tile>& x,
-                                     const Vec3<Tile>& own) {
+                                     const Vec3<Tile>& own, const Tile& own_share) {
     const Cells cells(grid.shape, x);
     alignas(64) float share[3][kTileLanes], mean[3][kTileLanes] = {}, filling[8][kTileLanes] = {};
     for (int c = 0; c < 3; ++c) store(cells.share[c], share[c], 0);
@@ -51,8 +54,20 @@ KERATIN_ALWAYS_INLINE Samples sample(const GridView& grid, const Vec3<Tile>& x,
     if constexpr (volume) {
         Tile corner[8];
         for (int k = 0; k < 8; ++k) corner[k] = load<Tile>(filling[k], 0);
-        trilinear(corner, cells.share, out.gradient);
-        out.gradient = out.gradient * Tile(grid.shape.inverse_spacing);
+        out.filling = trilinear(corner, cells.share, out.gradient);
+        Tile part[3], slope[3];
+        for (int c = 0; c < 3; ++c) {
+            part[c] = own_part(cells.share[c]);
+            slope[c] = cells.share[c] + cells.share[c] - Tile(1.0f);
+        }
+        const Tile counts = select(cells.inside, own_share, Tile(0.0f));
+        out.filling = out.filling - counts * (part[0] * part[1] * part[2]);
+        out.gradient = transposed_times(
+            grid.shape.to_own,
+            (out.gradient - Vec3<Tile>(slope[0] * part[1] * part[2], slope[1] * part[0] * part[2],
+                                       slope[2] * part[0] * part[1]) *
+                                counts) *
+                Tile(grid.shape.inverse_spacing));
     }
     return out;
 }
@@ -66,18 +81,46 @@ void gather_quad(Quad& quad, const GridView& grid) {
             float* before = quad.previous + (tile * quad.rows + row) * 48;
             const Vec3<Tile> x = load3<Tile>(at, 0);
             Vec3<Tile> d = x - load3<Tile>(before, 0);
-            const Samples s = sample<friction, volume>(grid, x, d);
+            Tile rest(0.0f), share(0.0f);
+            if constexpr (volume) {
+                const float* kept =
+                    quad.filling_rest + (tile * quad.rows + row) * kFillingRestFloats * kTileLanes;
+                rest = load<Tile>(kept, 0), share = load<Tile>(kept + kTileLanes, 0);
+            }
+            const Samples s = sample<friction, volume>(grid, x, d, share);
             if constexpr (friction) d = rubbed(d, s.mean, Tile(group.friction[row]));
             if constexpr (volume) {
-                const Vec3<Tile> a =
-                    volume_acceleration(s.gradient, Tile(group.volume[row]), Tile(grid.limit));
+                const Vec3<Tile> a = volume_acceleration(s.filling, rest, s.gradient,
+                                                         Tile(group.volume[row]), Tile(grid.limit));
                 d = d + a * Tile(grid.step * grid.previous_step);
             }
             store3(x - d, before, 0);
         }
 }
 
+template <bool friction>
+void rest_of_quad(const Quad& quad, const ScatterInput& in, const GridView& grid,
+                  float* filling_rest) {
+    for (std::size_t tile = 0; tile < kQuadTiles; ++tile)
+        for (std::uint32_t row = 2; row < quad.rows; ++row) {
+            const std::size_t at = tile * quad.rows + row;
+            const Vec3<Tile> x = load3<Tile>(quad.position + at * 48, 0);
+            const Tile share = filled(in, quad.length, at, row + 1 < quad.rows);
+            float* out = filling_rest + at * kFillingRestFloats * kTileLanes;
+            store(sample<friction, true>(grid, x, x, share).filling, out, 0);
+            store(share, out + kTileLanes, 0);
+        }
+}
+
 }  // namespace
+
+void grid_at_rest(const Quad& quad, const ScatterInput& in, const GridView& grid,
+                  float* filling_rest) {
+    if (grid.friction)
+        rest_of_quad<true>(quad, in, grid, filling_rest);
+    else
+        rest_of_quad<false>(quad, in, grid, filling_rest);
+}
 
 void grid_gather(Quad& quad, const GridView& grid) {
     if (!grid.volume)

@@ -35,13 +35,12 @@ void scatter(const Quad& quad, const ScatterInput& in, const GridSums& sums) {
     Long4* const momentum = reinterpret_cast<Long4*>(sums.momentum);
     std::int64_t* const fill = sums.filling;
     const Tile unit(in.inverse_displacement_unit), one(1.0f);
-    // Of a point's mass and share of a voxel: beyond, the fixed point of 32 bits would end.
+    // Of a point's mass: beyond, the fixed point of 32 bits would end.
     const Tile most(64.0f);
     for (std::size_t tile = 0; tile < kQuadTiles; ++tile) {
         const float* x = quad.position + tile * quad.rows * 48;
         const float* q = quad.previous + tile * quad.rows * 48;
-        const float* length = quad.length + tile * quad.rows * 16;
-        const float* density = in.density ? in.density + tile * quad.rows * 16 : nullptr;
+        const std::size_t first = tile * quad.rows;
         alignas(64) float counts[kTileLanes];
         for (std::size_t l = 0; l < kTileLanes; ++l)
             counts[l] = float(in.point_count[tile * kTileLanes + l]);
@@ -54,11 +53,10 @@ void scatter(const Quad& quad, const ScatterInput& in, const GridSums& sums) {
             alignas(64) float weight[8][kTileLanes];
             for (unsigned k = 0; k < 8; ++k) store(cells.weight(k), weight[k], 0);
 
-            const Tile below =
-                row + 1 < quad.rows ? load<Tile>(length + (row + 1) * 16, 0) : Tile(0.0f);
-            const Tile carried = (load<Tile>(length + row * 16, 0) + below) * Tile(0.5f);
+            const bool has_child = row + 1 < quad.rows;
             Float4 value[kTileLanes];
             if constexpr (friction) {
+                const Tile carried = carried_length(quad.length, first + row, has_child);
                 const Tile mass = min(carried * Tile(in.mass_scale), most) * Tile(kGridScale);
                 // Points faster than the unit count as if they moved by it.
                 const auto motion = [&](const Tile& d) {
@@ -70,13 +68,8 @@ void scatter(const Quad& quad, const ScatterInput& in, const GridSums& sums) {
 
             alignas(64) std::int32_t filling[8][kTileLanes];
             if constexpr (volume) {
-                const Tile rho =
-                    density ? load<Tile>(density + row * 16, 0) : Tile(in.mean_density);
-                const auto known = Tile(0.0f) < rho;
-                const Tile share = select(
-                    known, carried * Tile(in.filling_scale) / select(known, rho, one), Tile(0.0f));
                 alignas(64) float scaled[kTileLanes];
-                store(min(share, most) * Tile(kGridScale), scaled, 0);
+                store(filled(in, quad.length, first + row, has_child) * Tile(kGridScale), scaled, 0);
                 for (unsigned k = 0; k < 8; ++k)
                     for (std::size_t l = 0; l < kTileLanes; ++l)
                         filling[k][l] = std::int32_t(scaled[l] * weight[k][l]);

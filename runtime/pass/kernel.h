@@ -14,6 +14,8 @@
       (const GridSums* threads, std::uint32_t thread_count, std::size_t brick,              \
        float displacement_unit, float* field))                                              \
     X(void, grid_gather, (Quad & quad, const GridView& grid))                               \
+    X(void, grid_at_rest,                                                                   \
+      (const Quad& quad, const ScatterInput& in, const GridView& grid, float* filling_rest))  \
     X(void, guide_lines, (const Quad& quad, float* lines))                                  \
     X(void, interpolate, (const StrandBatch& batch, std::uint32_t begin, std::uint32_t end))
 

@@ -21,9 +21,9 @@ inline constexpr std::size_t kBlockLanes = kBlockTiles * kTileLanes;
 // Scratch slots: numbers per point that live only while a block is worked on. The row of all slots
 // lies together: slots a power of two apart would fall on the same lines of the cache.
 enum Slot : std::uint32_t {
-    slot_inverse_mass,    // 1 / (mass per line density) (1/m), 0 where a point is carried or absent
-    slot_beyond,          // mass beyond the middle of the edge to the parent, per line density, as far as
-                          // the joint before carries it (m)
+    slot_inverse_mass,  // 1 / (mass per line density) (1/m), 0 where a point is carried or absent
+    slot_beyond,  // mass beyond the middle of the edge to the parent, per line density, as far as
+                  // the joint before carries it (m)
     slot_stiffness,       // h^2 k of the joint at this point, per line density (m)
     slot_pivot,           // 1 / D of the bending system's L D L^T
     slot_band1,           // L, one below the diagonal
@@ -147,10 +147,11 @@ struct Quad {
     std::uint32_t rows = 0;
     float* position = nullptr;
     float* previous = nullptr;
-    const float* length = nullptr;  // rest lengths
-    const float* shape = nullptr;   // row 0: the root's director
-    const float* edge = nullptr;    // unloaded edges in the root's frame
-    const float* rest = nullptr;    // rest positions
+    const float* length = nullptr;        // rest lengths
+    const float* shape = nullptr;         // row 0: the root's director
+    const float* edge = nullptr;          // unloaded edges in the root's frame
+    const float* rest = nullptr;          // rest positions
+    const float* filling_rest = nullptr;  // [row][2][16] a tile: see grid.h; null: no volume
     // Root transforms: quaternion (4) and translation (3), components 16 lanes apart; tiles
     // root_stride floats apart (0: one for all).
     const float* root_begin = nullptr;

@@ -419,7 +419,8 @@ TEST_CASE("a strand too stiff for the step sags no more than it should") {
     Simulation s = made(groom, single_thread());
     run(s, 2, 1.0 / 60);
     // of a beam clamped where the carried segment ends: q L^4 / (8 E I)
-    const double free = length * 30 / 31, q_over_stiffness = 1300 * 9.81 * 4 / (3e9 * radius * radius);
+    const double free = length * 30 / 31,
+                 q_over_stiffness = 1300 * 9.81 * 4 / (3e9 * radius * radius);
     const double exact = q_over_stiffness * std::pow(free, 4) / 8;
     const double sag = -tip(s, 0)[1];
     INFO(sag / exact << " of the exact sag");
