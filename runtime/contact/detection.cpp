@@ -17,6 +17,7 @@ constexpr double kSnap = 4e-3;      // of delta: how much farther an end may be 
 constexpr double kElsewhere =
     0.05;  // of delta: how deep an edge on a solid calls for another place
 constexpr double kOverlapReach = 1.05;  // of delta: an end of a parallel overlap this near counts
+constexpr double kStays = 1e-4;         // of the contact distance: a vertex this near has not moved
 constexpr std::uint32_t kChunk = 2048;  // pairs or edges a thread takes at a time
 
 constexpr std::uint32_t kStartOfFirst = 1, kStartOfSecond = 2;
@@ -466,6 +467,9 @@ struct Detection::Memory {
     std::vector<std::vector<FoundContact>> found;
     std::vector<FoundContact> list;
     std::vector<Vector3> searched_t1;      // x_t1 that the boxes were made for
+    std::vector<Vector3> seen_t1;          // x_t1 that each vertex was last looked at with
+    std::vector<std::uint8_t> moved;       // 1: the vertex has moved since
+    std::uint32_t searches = 0;            // in this step
     std::vector<double> arc;               // m, length of the strand up to each vertex, at x_t
     std::vector<std::uint32_t> free_from;  // per strand, first edge outside the present collider
     double margin = 0;
@@ -516,6 +520,8 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
     const int threads = std::max(1, settings.threads);
     auto start = std::chrono::steady_clock::now();
     counts_ = {};
+    again = again && m.seen_t1.size() == vertices;
+    m.searches = again ? m.searches + 1 : 0;
 
     auto distance_of = [&](std::uint32_t a, std::uint32_t b) {
         return settings.contact_distance > 0 ? settings.contact_distance
@@ -533,7 +539,7 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
         }
         const Vector3 centre = (low + high) * 0.5;
 
-        bool search = !again || m.searched_t1.size() != vertices;
+        bool search = !again || m.searched_t1.size() != vertices;  // colliders alone before
         if (!search) {
             double moved = 0;
             for (std::size_t i = 0; i < vertices; ++i)
@@ -592,6 +598,19 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
     } else {
         m.pairs.clear();
     }
+    // Within a step, what ends where it ended before has no new contacts.
+    m.moved.assign(vertices, 1);
+    m.seen_t1.resize(vertices);
+    for (std::size_t e = 0; again && e < edges; ++e)
+        for (const std::uint32_t v : {strands.first_vertex[e], strands.first_vertex[e] + 1}) {
+            const double stays = kStays * 2 * half_distance(static_cast<std::uint32_t>(e));
+            m.moved[v] = squared_length(strands.x_t1[v] - m.seen_t1[v]) > stays * stays;
+        }
+    for (std::size_t v = 0; v < vertices; ++v)
+        if (m.moved[v]) m.seen_t1[v] = strands.x_t1[v];
+    auto has_moved = [&](std::uint32_t e) {
+        return m.moved[strands.first_vertex[e]] || m.moved[strands.first_vertex[e] + 1];
+    };
     counts_.candidates = m.pairs.size();
     counts_.broad_seconds = seconds_since(start);
     start = std::chrono::steady_clock::now();
@@ -614,6 +633,7 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
         tested += near.size();
         for (const BoxPair& pair : near) {
             const std::uint32_t e = pair.first, f = pair.second;
+            if (!has_moved(e) && !has_moved(f)) continue;
             const double delta = distance_of(e, f);
             if (strands.strand[e] == strands.strand[f]) {
                 // Along a strand edges come near each other without a loop between them.
@@ -696,6 +716,8 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
             for (std::size_t i = c * kChunk; i < end; ++i) {
                 const std::uint32_t e = static_cast<std::uint32_t>(i);
                 if (e < m.free_from[strands.strand[e]]) continue;
+                // The second search is the first that looks for several places of an edge.
+                if (m.searches > 1 && !has_moved(e)) continue;
                 switch (collider.shape.kind) {
                     case ShapeKind::sphere:
                     case ShapeKind::capsule:

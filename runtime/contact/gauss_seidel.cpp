@@ -76,13 +76,20 @@ struct GaussSeidel::Memory {
         std::uint32_t phase, first_batch, last_batch;
     };
 
-    std::vector<StrandPart> strands;
-    std::vector<std::uint32_t> touched;     // strands with contacts
-    std::vector<std::uint32_t> side_order;  // 2 * contact + side, strand by strand
-    std::vector<SweepSide> sides;           // by 2 * contact + side
-    // Floats: a sweep reads them all, and what they lack the next pass's velocities make good.
-    AlignedFloats columns;
-    AlignedNumbers exact;  // the same in doubles, where they are asked for
+    // W strand by strand.
+    struct Operator {
+        std::vector<StrandPart> strands;
+        std::vector<std::uint32_t> side_order;  // 2 * contact + side, strand by strand
+        std::vector<double> rows;               // 21 a side
+        std::vector<std::uint32_t> first;       // of a side: SideRows::first
+        // Floats: a sweep reads them all, and what they lack the next pass's velocities make good.
+        AlignedFloats columns;
+        AlignedNumbers exact;  // the same in doubles, where they are asked for
+    };
+    Operator now, before;             // before: as last assembled, for what has not changed since
+    std::vector<std::uint8_t> stale;  // [strands] 1: the columns are still to be found
+    std::vector<std::uint32_t> touched;  // strands with contacts
+    std::vector<SweepSide> sides;        // by 2 * contact + side
     AlignedNumbers state;
     AlignedNumbers impulse_before, impulse_along, state_before, state_along;  // of solve
     AlignedNumbers best_impulse, best_eased;  // with the least residual of solve
@@ -99,6 +106,9 @@ struct GaussSeidel::Memory {
     std::vector<std::uint32_t> together;  // contacts that are solved together
     std::vector<double> w, u, r, friction;
 
+    // The columns of a strand that has the same contacts at the same places as when W was last
+    // assembled; they hold as long as the version of its block does.
+    void take_over(std::uint32_t strand);
     // The strands' numbers at v, and what the impulses not yet in v will add.
     template <class Column>
     void write_state(std::span<const ContactLaw> laws, std::span<const double> v,
@@ -120,8 +130,9 @@ GaussSeidel& GaussSeidel::operator=(GaussSeidel&&) noexcept = default;
 
 std::size_t GaussSeidel::bytes() const {
     const Memory& m = *memory_;
-    return m.columns.size() * sizeof(float) +
-           (m.state.size() + m.rows.size() + m.exact.size()) * sizeof(double) +
+    return (m.now.columns.size() + m.before.columns.size()) * sizeof(float) +
+           (m.state.size() + m.now.rows.size() + m.before.rows.size() + m.now.exact.size()) *
+               sizeof(double) +
            m.batches.size() * sizeof(ContactBatch) + m.sides.size() * sizeof(SweepSide);
 }
 
@@ -131,16 +142,17 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
     Memory& m = *memory_;
     const std::size_t contacts = laws.size(), strand_count = layout.first.size();
 
+    std::swap(m.now, m.before);
     // Sides strand by strand, and where each strand's numbers go.
-    m.strands.assign(strand_count, {0, 0, 0, false, 0, 0});
+    m.now.strands.assign(strand_count, {0, 0, 0, false, 0, 0});
     for (std::size_t c = 0; c < contacts; ++c)
         for (std::uint32_t side = 0; side < laws[c].sides; ++side)
-            ++m.strands[places[2 * c + side].strand].side_count;
+            ++m.now.strands[places[2 * c + side].strand].side_count;
     m.touched.clear();
     std::uint32_t total = 0;
     std::size_t column_numbers = 0, state_numbers = 0;
     for (std::uint32_t s = 0; s < strand_count; ++s) {
-        Memory::StrandPart& part = m.strands[s];
+        Memory::StrandPart& part = m.now.strands[s];
         part.first_side = total;
         if (part.side_count == 0) continue;
         total += part.side_count;
@@ -155,18 +167,19 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
         state_numbers += part.rows;
         part.side_count = 0;
     }
-    m.side_order.resize(total);
+    m.now.side_order.resize(total);
     m.sides.resize(2 * contacts);
-    m.columns.resize(column_numbers);
-    m.exact.clear();
+    m.now.columns.resize(column_numbers);
+    m.now.exact.clear();
+    m.now.first.resize(2 * contacts);
     m.state.resize(state_numbers);
-    m.rows.resize(42 * contacts);
+    m.now.rows.resize(42 * contacts);
     for (std::size_t c = 0; c < contacts; ++c)
         for (std::uint32_t side = 0; side < laws[c].sides; ++side) {
             const std::size_t k = 2 * c + side;
-            Memory::StrandPart& part = m.strands[places[k].strand];
+            Memory::StrandPart& part = m.now.strands[places[k].strand];
             const std::uint32_t place = part.side_count++;
-            m.side_order[part.first_side + place] = static_cast<std::uint32_t>(k);
+            m.now.side_order[part.first_side + place] = static_cast<std::uint32_t>(k);
             m.sides[k] = {part.columns + 3 * static_cast<std::size_t>(place) * part.rows,
                           part.state,
                           part.rows,
@@ -174,8 +187,12 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
                           part.dense ? 1u : 0u,
                           21 * k};
             std::copy(&laws[c].rows[side].weight[0][0], &laws[c].rows[side].weight[0][0] + 21,
-                      &m.rows[21 * k]);
+                      &m.now.rows[21 * k]);
+            m.now.first[k] = laws[c].rows[side].first;
         }
+    m.stale.assign(strand_count, 1);
+    if (m.before.strands.size() == strand_count && m.before.exact.empty() && !exact)
+        for (const std::uint32_t s : m.touched) m.take_over(s);
 
     // Strands with contacts, block by block.
     const std::size_t blocks = layout.block_first.empty() ? 0 : layout.block_first.size() - 1;
@@ -248,8 +265,25 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
             {bucket / (kGroups * kGroups), first, static_cast<std::uint32_t>(m.batches.size())});
     }
     m.bucket_sum.resize(m.buckets.size());
-    m.block_version.assign(blocks, std::numeric_limits<std::uint64_t>::max());
+    if (m.block_version.size() != blocks)
+        m.block_version.assign(blocks, std::numeric_limits<std::uint64_t>::max());
     renew(layout, laws, places, inverse, threads, exact);
+}
+
+void GaussSeidel::Memory::take_over(std::uint32_t strand) {
+    const StrandPart &part = now.strands[strand], &was = before.strands[strand];
+    if (part.side_count != was.side_count) return;
+    for (std::uint32_t j = 0; j < part.side_count; ++j) {
+        const std::uint32_t k = now.side_order[part.first_side + j],
+                            old = before.side_order[was.first_side + j];
+        if (now.first[k] != before.first[old] ||
+            !std::equal(&now.rows[21 * k], &now.rows[21 * k] + 21, &before.rows[21 * old]))
+            return;
+    }
+    std::copy_n(before.columns.begin() + static_cast<std::ptrdiff_t>(was.columns),
+                3 * static_cast<std::size_t>(part.side_count) * part.rows,
+                now.columns.begin() + static_cast<std::ptrdiff_t>(part.columns));
+    stale[strand] = 0;
 }
 
 void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> laws,
@@ -258,36 +292,42 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
     Memory& m = *memory_;
     const std::size_t contacts = laws.size();
     const std::size_t blocks = m.block_version.size();
-    if (exact && m.exact.empty()) {
-        m.exact.resize(m.columns.size());
-        m.block_version.assign(blocks, std::numeric_limits<std::uint64_t>::max());
+    if (exact && m.now.exact.empty()) {
+        m.now.exact.resize(m.now.columns.size());
+        for (const std::uint32_t s : m.touched) m.stale[s] = 1;
     }
-    exact = !m.exact.empty();
+    exact = !m.now.exact.empty();
     // W, or its half, by one solve a column: a strand's next column beside those of its block.
 #pragma omp parallel num_threads(threads)
     {
         AlignedNumbers values;
         std::vector<double> column;
+        std::vector<std::uint32_t> members;  // whose columns are to be found
 #pragma omp for schedule(dynamic)
         for (std::size_t b = 0; b < blocks; ++b) {
-            const std::span<const std::uint32_t> members =
-                std::span(m.block_strands)
-                    .subspan(m.block_start[b], m.block_start[b + 1] - m.block_start[b]);
             const std::uint64_t version = inverse.version(static_cast<std::uint32_t>(b));
-            if (members.empty() || m.block_version[b] == version) continue;
+            if (m.block_version[b] != version)
+                for (std::uint32_t i = m.block_start[b]; i < m.block_start[b + 1]; ++i)
+                    m.stale[m.block_strands[i]] = 1;
             m.block_version[b] = version;
+            members.clear();
+            for (std::uint32_t i = m.block_start[b]; i < m.block_start[b + 1]; ++i)
+                if (m.stale[m.block_strands[i]]) members.push_back(m.block_strands[i]);
+            if (members.empty()) continue;
+            for (const std::uint32_t s : members) m.stale[s] = 0;
             const std::size_t begin = layout.block_first[b],
                               length = layout.block_first[b + 1] - begin;
             values.resize(length);
             std::uint32_t most = 0;
-            for (const std::uint32_t s : members) most = std::max(most, m.strands[s].side_count);
+            for (const std::uint32_t s : members)
+                most = std::max(most, m.now.strands[s].side_count);
             for (std::uint32_t place = 0; place < most; ++place)
                 for (int k = 0; k < 3; ++k) {
                     std::fill(values.begin(), values.end(), 0.0);
                     for (const std::uint32_t s : members) {
-                        const Memory::StrandPart& part = m.strands[s];
+                        const Memory::StrandPart& part = m.now.strands[s];
                         if (place >= part.side_count) continue;
-                        const std::uint32_t side = m.side_order[part.first_side + place];
+                        const std::uint32_t side = m.now.side_order[part.first_side + place];
                         const SideRows& rows = laws[side / 2].rows[side % 2];
                         for (int i = 0; i < 7; ++i)
                             values[rows.first - begin +
@@ -295,7 +335,7 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
                     }
                     inverse.apply_block(static_cast<std::uint32_t>(b), values);
                     for (const std::uint32_t s : members) {
-                        const Memory::StrandPart& part = m.strands[s];
+                        const Memory::StrandPart& part = m.now.strands[s];
                         if (place >= part.side_count) continue;
                         const std::size_t at =
                             part.columns + (3 * static_cast<std::size_t>(place) + k) * part.rows;
@@ -309,7 +349,7 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
                                 column[written++] = values[first + i * layout.lanes];
                         } else {
                             for (std::uint32_t j = 0; j < part.side_count; ++j) {
-                                const std::uint32_t other = m.side_order[part.first_side + j];
+                                const std::uint32_t other = m.now.side_order[part.first_side + j];
                                 const SideRows& rows = laws[other / 2].rows[other % 2];
                                 double u[3] = {0, 0, 0};
                                 for (int i = 0; i < 7; ++i) {
@@ -322,10 +362,10 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
                             }
                         }
                         for (std::uint32_t i = 0; i < part.rows; ++i)
-                            m.columns[at + i] = static_cast<float>(column[i]);
+                            m.now.columns[at + i] = static_cast<float>(column[i]);
                         if (exact)
                             std::copy(column.begin(), column.end(),
-                                      m.exact.begin() + static_cast<std::ptrdiff_t>(at));
+                                      m.now.exact.begin() + static_cast<std::ptrdiff_t>(at));
                     }
                 }
         }
@@ -342,7 +382,7 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
                 if (places[2 * c + a].strand != places[2 * c + b].strand) continue;
                 const SweepSide &read = m.sides[2 * c + a], &from = m.sides[2 * c + b];
                 for (int col = 0; col < 3; ++col) {
-                    const float* column = m.columns.data() + from.column +
+                    const float* column = m.now.columns.data() + from.column +
                                           static_cast<std::size_t>(col) * from.rows + read.read;
                     for (int row = 0; row < 3; ++row) {
                         if (read.dense == 0) {
@@ -369,11 +409,11 @@ void GaussSeidel::Memory::write_state(std::span<const ContactLaw> laws, std::spa
                                       int threads) {
 #pragma omp parallel for num_threads(threads) schedule(static)
     for (std::size_t i = 0; i < touched.size(); ++i) {
-        const StrandPart& part = strands[touched[i]];
+        const StrandPart& part = now.strands[touched[i]];
         double* numbers = state.data() + part.state;
         std::fill(numbers, numbers + part.rows, 0.0);
         for (std::uint32_t j = 0; j < part.side_count; ++j) {
-            const std::uint32_t k = side_order[part.first_side + j];
+            const std::uint32_t k = now.side_order[part.first_side + j];
             const SideRows& side = laws[k / 2].rows[k % 2];
             if (part.dense) {
                 for (int d = 0; d < 7; ++d)
@@ -384,7 +424,7 @@ void GaussSeidel::Memory::write_state(std::span<const ContactLaw> laws, std::spa
             }
         }
         for (std::uint32_t j = 0; j < part.side_count; ++j) {
-            const std::uint32_t k = side_order[part.first_side + j];
+            const std::uint32_t k = now.side_order[part.first_side + j];
             for (int d = 0; d < 3; ++d) {
                 const double missing = impulses[3 * (k / 2) + d] - applied[3 * (k / 2) + d];
                 if (missing == 0) continue;
@@ -406,12 +446,9 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
     GaussSeidelReport report;
     if (contacts == 0) return report;
     const SweepKernels& kernels = sweep_kernels(settings.instruction_set);
-    const SweepView view{m.batches.data(),
-                         m.sides.data(),
-                         m.columns.data(),
-                         m.state.data(),
-                         m.rows.data(),
-                         1 / settings.velocity_scale,
+    const SweepView view{m.batches.data(),          m.sides.data(),
+                         m.now.columns.data(),      m.state.data(),
+                         m.now.rows.data(),         1 / settings.velocity_scale,
                          1 / settings.impulse_scale};
 
     for (std::size_t c = 0; c < contacts; ++c) {
@@ -424,7 +461,7 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
         batch.friction[lane] = std::min(laws[c].friction, kMostFriction);
         batch.eased[lane] = settings.leeway > 0 ? eased[c] : 0;
     }
-    m.write_state(laws, v, applied, impulses, m.columns.data(), settings.threads);
+    m.write_state(laws, v, applied, impulses, m.now.columns.data(), settings.threads);
 
     const std::size_t buckets = m.buckets.size();
     auto mean_residual = [&] {
@@ -449,6 +486,7 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
     for (AlignedNumbers* a : {&m.state_before, &m.state_along}) a->assign(states, 0.0);
     const std::ptrdiff_t chunks = static_cast<std::ptrdiff_t>((states + kChunk - 1) / kChunk);
     double last_square = std::numeric_limits<double>::infinity(), along = 0;
+    const double enough = std::max(settings.residual, settings.gain * report.start);
     double best = last_square, kept = report.start;
     std::uint32_t best_sweep = 0;
     bool done = false;
@@ -506,8 +544,7 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
                 }
                 done = report.sweeps >= settings.most_sweeps ||
                        (report.sweeps >= settings.least_sweeps &&
-                        (report.residual <= settings.residual ||
-                         report.sweeps >= best_sweep + kPatience));
+                        (report.residual <= enough || report.sweeps >= best_sweep + kPatience));
                 if (!done && report.residual < kept) keep();
             }
             if (done) break;
@@ -597,7 +634,7 @@ void GaussSeidel::Memory::add_coupling(std::span<const ContactLaw> laws, std::ui
                                        std::uint32_t from, double* out, std::size_t stride) const {
     const SweepSide &read = sides[to], &give = sides[from];
     for (std::size_t col = 0; col < 3; ++col) {
-        const double* column = exact.data() + give.column + col * give.rows + read.read;
+        const double* column = now.exact.data() + give.column + col * give.rows + read.read;
         for (std::size_t row = 0; row < 3; ++row) {
             if (read.dense == 0) {
                 out[row * stride + col] += column[row];
@@ -644,7 +681,7 @@ void GaussSeidel::Memory::solve_together(std::span<const ContactLaw> laws,
             impulses[3 * c + k] = r[3 * i + k];
             for (std::uint32_t side = 0; side < laws[c].sides; ++side) {
                 const SweepSide& give = sides[2 * c + side];
-                const double* column = exact.data() + give.column + k * give.rows;
+                const double* column = now.exact.data() + give.column + k * give.rows;
                 double* numbers = state.data() + give.state;
                 for (std::uint32_t row = 0; row < give.rows; ++row)
                     numbers[row] += change * column[row];
@@ -662,8 +699,8 @@ GaussSeidelReport GaussSeidel::solve_strands(std::span<const ContactLaw> laws,
     Memory& m = *memory_;
     const std::size_t contacts = laws.size();
     GaussSeidelReport report;
-    if (contacts == 0 || m.exact.empty()) return report;
-    m.write_state(laws, v, applied, impulses, m.exact.data(), settings.threads);
+    if (contacts == 0 || m.now.exact.empty()) return report;
+    m.write_state(laws, v, applied, impulses, m.now.exact.data(), settings.threads);
     const std::vector<double> before(impulses.begin(), impulses.end());
     const ContactNewtonSettings scales{settings.velocity_scale, settings.impulse_scale, 0};
     auto mean_residual = [&] {
@@ -683,12 +720,12 @@ GaussSeidelReport GaussSeidel::solve_strands(std::span<const ContactLaw> laws,
     double kept_residual = report.residual;
     while (report.sweeps < settings.most_sweeps && report.residual > settings.residual) {
         for (const std::uint32_t s : m.touched) {
-            const Memory::StrandPart& part = m.strands[s];
+            const Memory::StrandPart& part = m.now.strands[s];
             for (std::uint32_t first = 0; first < part.side_count; first += kMostTogether) {
                 const std::uint32_t last = std::min(part.side_count, first + kMostTogether);
                 m.together.clear();
                 for (std::uint32_t j = first; j < last; ++j)
-                    m.together.push_back(m.side_order[part.first_side + j] / 2);
+                    m.together.push_back(m.now.side_order[part.first_side + j] / 2);
                 std::sort(m.together.begin(), m.together.end());
                 m.together.erase(std::unique(m.together.begin(), m.together.end()),
                                  m.together.end());

@@ -29,6 +29,7 @@ struct GaussSeidelSettings {
     std::uint32_t least_sweeps = 1;
     double accepted = 8e-7;  // mean |f_FB| at which impulses are left as they are
     double residual = 1e-7;  // mean |f_FB| to sweep down to, else
+    double gain = 0;         // share of the mean |f_FB| at the start that will do as well
     double leeway = 0;  // m/s: change of a contact's constant[0] by which it may suit the others
     double velocity_scale = 1e-2, impulse_scale = 1;  // u* and u* times the mean vertex mass
     InstructionSet instruction_set = InstructionSet::automatic;

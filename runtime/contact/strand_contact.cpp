@@ -200,8 +200,10 @@ void StrandContact::begin_step(const ContactProblem& problem) {
     Memory& m = *memory_;
     const double start = now();
     if (!std::equal(m.layout_first.begin(), m.layout_first.end(), problem.layout.first.begin(),
-                    problem.layout.first.end()))
+                    problem.layout.first.end())) {
         m.lay_out(problem);
+        m.gauss_seidel = GaussSeidel();
+    }
     const std::uint32_t lanes = problem.layout.lanes;
 #pragma omp parallel for num_threads(m.detection_threads()) schedule(static)
     for (std::size_t i = 0; i < m.vertex_number.size(); ++i) {
@@ -322,6 +324,7 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
         settings.threads = m.solve_threads();
         settings.most_sweeps = m.settings.most_sweeps;
         settings.residual = m.settings.sweep_residual;
+        settings.gain = m.settings.sweep_gain;
         settings.accepted = m.settings.accepted_residual;
         settings.velocity_scale = problem.gravity_speed;
         settings.impulse_scale = problem.gravity_speed * problem.mean_vertex_mass;
@@ -341,18 +344,20 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
             m.contacts[c].gap += moved * problem.step;
             m.contacts[c].eased = m.eased[c] * problem.step;
         }
-        if (m.together && report.residual > m.settings.accepted_residual) {
+        const double enough =
+            std::max(m.settings.accepted_residual, m.settings.sweep_gain * report.start);
+        if (m.together && report.residual > enough) {
             settings.most_sweeps = kMostRounds;
             const GaussSeidelReport more =
                 m.gauss_seidel.solve_strands(m.laws, m.places, v, m.applied, settings, m.impulses);
             report.residual = more.residual;
             report.change += more.change;
         }
-        m.together = m.together || report.residual > m.settings.accepted_residual;
+        m.together = m.together || report.residual > enough;
         m.report.sweeps += report.sweeps;
         change = report.change;
         residual = report.start;
-        stalled = report.residual > m.settings.accepted_residual;
+        stalled = report.residual > enough;
         if (m.unapplied) change = std::max(change, 1e-300);
     }
     m.residuals.push_back(residual);

@@ -28,6 +28,10 @@ struct ContactSettings {
     // gauss_seidel: mean |f_FB| at which a pass leaves the impulses alone, and to which it sweeps
     // else.
     double accepted_residual = 8e-7, sweep_residual = 1e-7;
+    // gauss_seidel: share of the mean |f_FB| at its start that a pass sweeps down to at most. The
+    // next pass, with the velocities that this one leads to, goes on from there; to come nearer with
+    // contacts and velocities of now would be for nothing.
+    double sweep_gain = 0.03;
     // gauss_seidel: share of the contact distance by which a pressing contact's gap may be moved to
     // where the other contacts of its strands leave it. Geometry of neighbouring contacts
     // contradicts itself by less, and to meet it exactly takes thousands of sweeps.

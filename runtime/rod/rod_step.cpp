@@ -415,9 +415,12 @@ struct Solver {
         }
         void mask(std::uint32_t b, double* x, std::size_t rows) const {
             const std::uint8_t* free = s_.blocks.free_lanes.data() + s_.blocks.block_first[b] / s_.lanes;
-            for (std::size_t i = 0; i < rows; ++i)
+            const std::uint32_t used = s_.blocks.used_lanes(b);
+            for (std::size_t i = 0; i < rows; ++i) {
+                if ((free[i] & used) == used) continue;
                 for (std::uint32_t l = 0; l < s_.lanes; ++l)
                     if (!has(free[i], l)) x[i * s_.lanes + l] = 0;
+            }
         }
         const Solver& s_;
     };
