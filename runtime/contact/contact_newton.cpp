@@ -18,7 +18,7 @@ constexpr int kFreeSteps = 12, kSafeSteps = 15;
 // the true W.
 constexpr double kNearest = 1e-10, kFirstDamping = 1e-6, kMostDamping = 1e2, kDampingUp = 20,
                  kDampingDown = 10;
-constexpr int kStepsAContact = 2;
+constexpr int kStepsAContact = 1;
 constexpr int kSweeps = 4;  // where no step goes downhill
 
 // Solves a x = b in place by elimination with row exchanges; false at a pivot of 0.

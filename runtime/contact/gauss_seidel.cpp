@@ -721,6 +721,8 @@ GaussSeidelReport GaussSeidel::solve_strands(std::span<const ContactLaw> laws,
     while (report.sweeps < settings.most_sweeps && report.residual > settings.residual) {
         for (const std::uint32_t s : m.touched) {
             const Memory::StrandPart& part = m.now.strands[s];
+            // More contacts than numbers contradict each other: for those are sweeps with easing.
+            if (part.dense) continue;
             for (std::uint32_t first = 0; first < part.side_count; first += kMostTogether) {
                 const std::uint32_t last = std::min(part.side_count, first + kMostTogether);
                 m.together.clear();

@@ -69,8 +69,8 @@ class GaussSeidel {
                             std::span<double> impulses, std::span<double> eased = {});
 
     // Goes on where solve() has come to a stand: strand after strand, all contacts of a strand
-    // together (contact_newton.h), up to most_sweeps times over all strands. W as it was assembled
-    // with `exact`. Contacts on one strand share its stiffness against stretching, which sweeps
+    // together (contact_newton.h), up to most_sweeps times over all strands; but strands with more
+    // contacts than numbers. W as it was assembled with `exact`. Contacts on one strand share its stiffness against stretching, which sweeps
     // over single contacts move loads along at a crawl: where friction winds a rope round a pole, 5
     // 000 sweeps lead nowhere.
     GaussSeidelReport solve_strands(std::span<const ContactLaw> laws,
