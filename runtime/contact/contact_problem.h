@@ -69,8 +69,8 @@ class RodInverse {
 struct ContactPass {
     double mean_change = 0;    // N s: mean over the contacts of |r_new - r_old|
     std::size_t contacts = 0;  // listed
-    bool stalled =
-        false;  // left off before the law held: another pass from here will not do better
+    // Left off before the law held: another pass from here will not do better, or will.
+    bool stalled = false, unfinished = false;
 };
 
 class ContactSolver {

@@ -191,8 +191,10 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
             m.now.first[k] = laws[c].rows[side].first;
         }
     m.stale.assign(strand_count, 1);
-    if (m.before.strands.size() == strand_count && m.before.exact.empty() && !exact)
-        for (const std::uint32_t s : m.touched) m.take_over(s);
+    if (m.before.strands.size() == strand_count && m.before.exact.empty() && !exact) {
+#pragma omp parallel for num_threads(threads) schedule(static)
+        for (std::size_t i = 0; i < m.touched.size(); ++i) m.take_over(m.touched[i]);
+    }
 
     // Strands with contacts, block by block.
     const std::size_t blocks = layout.block_first.empty() ? 0 : layout.block_first.size() - 1;

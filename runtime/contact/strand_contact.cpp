@@ -12,9 +12,6 @@ namespace keratin {
 namespace {
 
 constexpr std::uint32_t kMostRounds = 20;  // over all strands, of contacts solved together
-// Where they leave more of the residual, as contacts do that contradict each other, sweeps with
-// their eased gaps do as well in less time.
-constexpr double kWorthIt = 0.1;
 
 double now() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
@@ -56,7 +53,6 @@ struct StrandContact::Memory {
     std::vector<double> impulses, applied;  // [3 * contacts], contact frames
     std::vector<double> eased;              // [contacts] m/s
     bool changed = true;                    // contacts since W was assembled
-    bool in_vain = false;                   // nor has solving contacts together
     bool together = false;                  // sweeps have not been enough in this step
     bool unapplied = false;  // remembered impulses that the velocity does not contain yet
     ImpulsePass impulse_pass;
@@ -237,7 +233,7 @@ void StrandContact::begin_step(const ContactProblem& problem) {
     m.laws.clear();
     m.changed = true;
     m.searched = false;
-    m.together = m.in_vain = false;
+    m.together = false;
     m.unapplied = false;
     m.report = {};
     m.residuals.clear();
@@ -304,7 +300,7 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
     double start = now();
     const std::size_t n = m.contacts.size();
     double change = 0, residual = 0;
-    bool stalled = false;
+    bool stalled = false, unfinished = false;
     ++m.report.passes;
     if (n > 0 && m.settings.method == ContactMethod::impulse) {
         residual = m.mean_residual(problem, v);
@@ -356,13 +352,13 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
                 m.gauss_seidel.solve_strands(m.laws, m.places, v, m.applied, settings, m.impulses);
             report.residual = more.residual;
             report.change += more.change;
-            if (more.residual > kWorthIt * more.start) m.in_vain = true;
         }
-        m.together = !m.in_vain && (m.together || report.residual > enough);
+        m.together = m.together || report.residual > enough;
         m.report.sweeps += report.sweeps;
         change = report.change;
         residual = report.start;
         stalled = report.residual > enough;
+        unfinished = !stalled && report.residual > m.settings.accepted_residual;
         if (m.unapplied) change = std::max(change, 1e-300);
     }
     m.residuals.push_back(residual);
@@ -376,7 +372,7 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
         for (std::uint32_t side = 0; side < m.laws[c].sides; ++side)
             add_impulse(m.laws[c].rows[side], &m.impulses[3 * c], impulse);
     m.totals.bookkeeping_seconds += now() - start;
-    return {n > 0 ? change / static_cast<double>(n) : 0, n, stalled};
+    return {n > 0 ? change / static_cast<double>(n) : 0, n, stalled, unfinished};
 }
 
 void StrandContact::end_step(const ContactProblem& problem, std::span<const double> v) {

@@ -504,7 +504,7 @@ struct Solver {
             if (failed != 0) return false;
             gather_velocity();
             r.stats.dynamics += seconds() - start;
-            const bool settled = k > 0 && running == 0 &&
+            const bool settled = k > 0 && running == 0 && !pass.stalled && !pass.unfinished &&
                                  (pass.contacts == 0 ||
                                   pass.mean_change < r.settings.tolerance * p.mean_vertex_mass);
             idle = k > 0 && running == 0 && pass.stalled ? idle + 1 : 0;
@@ -581,10 +581,10 @@ struct Solver {
         }
         r.contact->end_step(p, r.contact_v.span());
         start = seconds();
-        for (std::ptrdiff_t b = 0; b < count; ++b) {
-            Solver::count(*r.work[b], r.work[b]->used, report);
+        for (std::ptrdiff_t b = 0; b < count; ++b) Solver::count(*r.work[b], r.work[b]->used, report);
+#pragma omp parallel for num_threads(threads()) schedule(dynamic)
+        for (std::ptrdiff_t b = 0; b < count; ++b)
             commit(*r.work[b], b, r.work[b]->used, part);
-        }
         r.stats.prepare += seconds() - start;
     }
 
