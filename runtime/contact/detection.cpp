@@ -531,6 +531,21 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
         return settings.contact_distance > 0 ? 0.5 * settings.contact_distance : strands.radius[e];
     };
 
+    // Within a step, what ends where it ended before has no new contacts.
+    m.moved.assign(vertices, 1);
+    m.seen_t1.resize(vertices);
+    bool any = !again;
+    for (std::size_t e = 0; again && e < edges; ++e)
+        for (const std::uint32_t v : {strands.first_vertex[e], strands.first_vertex[e] + 1}) {
+            const double stays = kStays * 2 * half_distance(static_cast<std::uint32_t>(e));
+            m.moved[v] = squared_length(strands.x_t1[v] - m.seen_t1[v]) > stays * stays;
+            any = any || m.moved[v];
+        }
+    m.list.clear();
+    if (!any && m.searches > 1) return m.list;
+    for (std::size_t v = 0; v < vertices; ++v)
+        if (m.moved[v]) m.seen_t1[v] = strands.x_t1[v];
+
     if (settings.between_strands && edges > 1) {
         Vector3 low(1e300), high(-1e300);
         for (const Vector3& x : strands.x_t0) {
@@ -598,16 +613,6 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
     } else {
         m.pairs.clear();
     }
-    // Within a step, what ends where it ended before has no new contacts.
-    m.moved.assign(vertices, 1);
-    m.seen_t1.resize(vertices);
-    for (std::size_t e = 0; again && e < edges; ++e)
-        for (const std::uint32_t v : {strands.first_vertex[e], strands.first_vertex[e] + 1}) {
-            const double stays = kStays * 2 * half_distance(static_cast<std::uint32_t>(e));
-            m.moved[v] = squared_length(strands.x_t1[v] - m.seen_t1[v]) > stays * stays;
-        }
-    for (std::size_t v = 0; v < vertices; ++v)
-        if (m.moved[v]) m.seen_t1[v] = strands.x_t1[v];
     auto has_moved = [&](std::uint32_t e) {
         return m.moved[strands.first_vertex[e]] || m.moved[strands.first_vertex[e] + 1];
     };
@@ -735,7 +740,6 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
         }
     }
 
-    m.list.clear();
     for (std::size_t j = 0; j < jobs; ++j)
         m.list.insert(m.list.end(), m.found[j].begin(), m.found[j].end());
     sort_and_unite(m.list);
