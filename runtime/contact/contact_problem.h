@@ -76,6 +76,9 @@ struct ContactPass {
 class ContactSolver {
   public:
     virtual ~ContactSolver() = default;
+    // From now on it serves other strands, or the same anew: what it knows of their factors is
+    // void.
+    virtual void attached() {}
     virtual void begin_step(const ContactProblem& problem) = 0;
     // Finds contacts of the motion x_t0 + s h v, s in [0, 1], adds those that are new with r = 0,
     // keeps the others' r. Returns the number added.

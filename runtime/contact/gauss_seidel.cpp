@@ -92,7 +92,8 @@ struct GaussSeidel::Memory {
     std::vector<SweepSide> sides;        // by 2 * contact + side
     AlignedNumbers state;
     AlignedNumbers impulse_before, impulse_along, state_before, state_along;  // of solve
-    AlignedNumbers best_impulse, best_eased;  // with the least residual of solve
+    AlignedNumbers best_impulse, best_eased;  // with the least residual seen
+    AlignedNumbers first_impulse;             // of solve_strands
     std::vector<double> rows;                 // 21 a side, for dense strands
     std::vector<ContactBatch, AlignedAllocator<ContactBatch>> batches;
     std::vector<std::uint32_t> batch_of;  // 8 * batch + lane of each contact
@@ -703,7 +704,8 @@ GaussSeidelReport GaussSeidel::solve_strands(std::span<const ContactLaw> laws,
     GaussSeidelReport report;
     if (contacts == 0 || m.now.exact.empty()) return report;
     m.write_state(laws, v, applied, impulses, m.now.exact.data(), settings.threads);
-    const std::vector<double> before(impulses.begin(), impulses.end());
+    m.first_impulse.assign(impulses.begin(), impulses.end());
+    m.best_impulse.assign(impulses.begin(), impulses.end());
     const ContactNewtonSettings scales{settings.velocity_scale, settings.impulse_scale, 0};
     auto mean_residual = [&] {
         double sum = 0;
@@ -718,7 +720,6 @@ GaussSeidelReport GaussSeidel::solve_strands(std::span<const ContactLaw> laws,
     report.start = report.residual = mean_residual();
     double best = report.residual;
     std::uint32_t best_round = 0;
-    std::vector<double> kept(before);
     double kept_residual = report.residual;
     while (report.sweeps < settings.most_sweeps && report.residual > settings.residual) {
         for (const std::uint32_t s : m.touched) {
@@ -740,7 +741,7 @@ GaussSeidelReport GaussSeidel::solve_strands(std::span<const ContactLaw> laws,
         report.residual = mean_residual();
         if (report.residual < kept_residual) {
             kept_residual = report.residual;
-            std::copy(impulses.begin(), impulses.end(), kept.begin());
+            std::copy(impulses.begin(), impulses.end(), m.best_impulse.begin());
         }
         if (report.residual < kProgress * best) {
             best = report.residual;
@@ -750,11 +751,11 @@ GaussSeidelReport GaussSeidel::solve_strands(std::span<const ContactLaw> laws,
         }
     }
     report.residual = kept_residual;
-    std::copy(kept.begin(), kept.end(), impulses.begin());
+    std::copy(m.best_impulse.begin(), m.best_impulse.end(), impulses.begin());
     for (std::size_t c = 0; c < contacts; ++c) {
         double square = 0;
         for (std::size_t k = 3 * c; k < 3 * c + 3; ++k)
-            square += (impulses[k] - before[k]) * (impulses[k] - before[k]);
+            square += (impulses[k] - m.first_impulse[k]) * (impulses[k] - m.first_impulse[k]);
         report.change += std::sqrt(square);
     }
     return report;

@@ -68,11 +68,11 @@ class GaussSeidel {
                             std::span<const double> applied, const GaussSeidelSettings& settings,
                             std::span<double> impulses, std::span<double> eased = {});
 
-    // Goes on where solve() has come to a stand: strand after strand, all contacts of a strand
-    // together (contact_newton.h), up to most_sweeps times over all strands; but strands with more
-    // contacts than numbers. W as it was assembled with `exact`. Contacts on one strand share its stiffness against stretching, which sweeps
-    // over single contacts move loads along at a crawl: where friction winds a rope round a pole, 5
-    // 000 sweeps lead nowhere.
+    // Goes on where solve() has come to a stand, with W as it was assembled with `exact`: strand
+    // after strand, all contacts of a strand together (contact_newton.h), up to most_sweeps times
+    // over all strands. Contacts on one strand share its stiffness against stretching, along which
+    // sweeps over single contacts move loads at a crawl: thousands lead nowhere where friction
+    // winds a rope round a pole. Strands with more contacts than numbers are left as they are.
     GaussSeidelReport solve_strands(std::span<const ContactLaw> laws,
                                     std::span<const SidePlace> places, std::span<const double> v,
                                     std::span<const double> applied,

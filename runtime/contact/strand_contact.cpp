@@ -196,6 +196,8 @@ void StrandContact::remember(std::span<const Remembered> contacts) {
     memory_->impulses.clear();
 }
 
+void StrandContact::attached() { memory_->gauss_seidel = GaussSeidel(); }
+
 void StrandContact::begin_step(const ContactProblem& problem) {
     Memory& m = *memory_;
     const double start = now();

@@ -67,6 +67,7 @@ class StrandContact final : public ContactSolver {
     StrandContact(ContactSettings settings, std::vector<ContactCollider> colliders);
     ~StrandContact() override;
 
+    void attached() override;
     void begin_step(const ContactProblem& problem) override;
     std::size_t detect(const ContactProblem& problem, std::span<const double> v) override;
     ContactPass pass(const ContactProblem& problem, std::span<const double> v,
