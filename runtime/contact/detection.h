@@ -59,25 +59,4 @@ class Detection {
     DetectionCounts counts_;
 };
 
-// Adds what was found to the list of the step, which stays ascending by key: new contacts with
-// impulse 0; contacts already there keep what they have. Returns how many were added.
-std::size_t merge_contacts(std::span<const FoundContact> found, std::vector<Contact>& contacts);
-
-// Contacts of neighbouring edges that stand at one place, whichever way they came to do so (sliding
-// takes a contact to the end of its edge, beside that of the next edge), are made one, which keeps
-// the impulse of both: two would share the load in no particular way, and a solve that is after it
-// would take long. Returns how many of the contacts that the last merge added went.
-struct United {
-    std::size_t fresh = 0, all = 0;  // went
-};
-United unite_contacts(const ContactStrands& strands, std::vector<Contact>& contacts);
-
-// The contact law holds along one normal a contact, through one pair of material points. Where the
-// strands slide and turn so much in one step that they end nearer than delta by more than
-// end_tolerance, normal and points are taken anew from x_t1; the impulse stays. **Beyond** METHODS
-// 2.8: without it 1 mm of sliding at 10 rad/s leaves 10 % of delta as overlap. Returns how many
-// contacts were changed.
-std::size_t refresh_contacts(const ContactStrands& strands, std::span<const MovingShape> colliders,
-                             const DetectionSettings& settings, std::span<Contact> contacts);
-
 }  // namespace keratin

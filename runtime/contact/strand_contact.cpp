@@ -1,5 +1,6 @@
 #include "runtime/contact/strand_contact.h"
 
+#include "runtime/contact/contact_list.h"
 #include "runtime/contact/coulomb.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+#include "runtime/contact/contact_list.h"
 #include "runtime/contact/detection.h"
 
 #include "runtime/shape/closest.h"

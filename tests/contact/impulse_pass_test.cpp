@@ -1,6 +1,7 @@
 #include "runtime/contact/impulse_pass.h"
 
 #include "runtime/contact/coulomb.h"
+#include "runtime/contact/contact_list.h"
 #include "runtime/contact/detection.h"
 #include "tests/contact/chains.h"
 

@@ -1,0 +1,64 @@
+// Where two segments that move linearly through a time step meet: one place, or both ends of the
+// overlap of nearly parallel ones (METHODS 2.8).
+#pragma once
+
+#include "runtime/contact/advance.h"
+#include "runtime/contact/contact.h"
+#include "runtime/shape/closest.h"
+#include "runtime/shape/moving_shape.h"
+
+namespace keratin {
+
+inline constexpr double kTouching = 1e-9;  // m; below it two closest points give no normal
+// Of delta: how much farther an end of a segment may be and count as the closest point.
+inline constexpr double kSnap = 4e-3;
+// Of delta: how deep an edge on a round solid must be for another place of it to be a contact.
+inline constexpr double kElsewhere = 0.05;
+
+// One place where two segments meet.
+struct Meeting {
+    double s, t;
+    Vector3 normal;
+};
+struct Meetings {
+    int count = 0;
+    Meeting at[3];
+    double time = 0, start_distance = 0;
+};
+
+// The first moment at which segments p and q come within delta (m), and where; count 0: never.
+// slack: m, by which an end of a segment may be farther and count as the closest point.
+Meetings meet_segments(MovingSegment p, MovingSegment q, double delta, double slack);
+
+// Whether the points s of p and t of q begin the step on the two sides that the normal says: no
+// less apart along it than half the distance that the segments have. A normal found at the end of a
+// step that leads one through the other does not.
+bool apart_at_start(const MovingSegment& p, const MovingSegment& q, double s, double t,
+                    const Vector3& normal, double distance);
+
+// The end of the step, where it is nearer than reach (m) by more than a tolerance (of delta) on the
+// side that `first` found.
+bool meet_at_end(const MovingSegment& p, const MovingSegment& q, double reach, double delta,
+                 double tolerance, const Meetings& first, Meeting& out);
+
+// An edge of a strand on its way, in world space, and the axis of a sphere or capsule.
+MovingSegment world_edge(const ContactStrands& strands, std::uint32_t edge);
+MovingSegment world_axis(const MovingShape& collider);
+
+// Bits of ContactKey::feature.
+inline constexpr std::uint32_t kStartOfFirst = 1, kStartOfSecond = 2;
+
+// The edge that a place of an edge is filed under.
+struct EdgePlace {
+    std::uint32_t edge;
+    double parameter;
+    bool at_start, moved;  // at the start of its edge; filed under another edge
+};
+// The end of an edge that another edge goes on from belongs to the next one.
+EdgePlace file_under(const ContactStrands& strands, std::uint32_t edge, double parameter);
+
+// Whether a force at this place of the edge can move it. Beside a held end it could only by
+// throwing the other end about.
+bool can_move(const ContactStrands& strands, std::uint32_t edge, double parameter);
+
+}  // namespace keratin
