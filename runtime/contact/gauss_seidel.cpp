@@ -27,8 +27,9 @@ constexpr std::uint32_t kEaseEvery = 16;
 constexpr double kUphill = 1.2;  // growth of the squared step at which the directions begin anew
 // Sweeps that do not bring the residual to this share of its best in so many more lead nowhere.
 constexpr double kProgress = 0.9;
-constexpr std::uint32_t kPatience = 48;
-// Contacts of a strand that are solved together at most: the time goes with the cube.
+constexpr std::uint32_t kPatience = 100;
+constexpr double kFarWorse = 10;  // than the best residual seen: the impulses of then are taken back
+// Contacts of a strand that are solved together at most.
 constexpr std::uint32_t kMostTogether = 128;
 constexpr std::uint32_t kStrandPatience = 4;  // rounds over the strands without progress
 constexpr std::size_t kBatchImpulses = 3 * kContactBatch;
@@ -597,7 +598,8 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
         }
     }
 
-    if (!(report.residual <= kept)) {
+    // Not for a little: from there the next pass would do the same again.
+    if (!(report.residual <= kFarWorse * kept)) {
         each_kept([](double* now, double* then, std::size_t n) { std::copy_n(then, n, now); });
         report.residual = kept;
     }
@@ -724,18 +726,15 @@ GaussSeidelReport GaussSeidel::solve_strands(std::span<const ContactLaw> laws,
     while (report.sweeps < settings.most_sweeps && report.residual > settings.residual) {
         for (const std::uint32_t s : m.touched) {
             const Memory::StrandPart& part = m.now.strands[s];
-            // More contacts than numbers contradict each other: for those are sweeps with easing.
-            if (part.dense) continue;
-            for (std::uint32_t first = 0; first < part.side_count; first += kMostTogether) {
-                const std::uint32_t last = std::min(part.side_count, first + kMostTogether);
-                m.together.clear();
-                for (std::uint32_t j = first; j < last; ++j)
-                    m.together.push_back(m.now.side_order[part.first_side + j] / 2);
-                std::sort(m.together.begin(), m.together.end());
-                m.together.erase(std::unique(m.together.begin(), m.together.end()),
-                                 m.together.end());
-                m.solve_together(laws, places, settings, impulses);
-            }
+            // More contacts than numbers contradict each other: sweeps with eased gaps do better. And
+            // the time goes with the cube.
+            if (part.dense || part.side_count > kMostTogether) continue;
+            m.together.clear();
+            for (std::uint32_t j = 0; j < part.side_count; ++j)
+                m.together.push_back(m.now.side_order[part.first_side + j] / 2);
+            std::sort(m.together.begin(), m.together.end());
+            m.together.erase(std::unique(m.together.begin(), m.together.end()), m.together.end());
+            m.solve_together(laws, places, settings, impulses);
         }
         ++report.sweeps;
         report.residual = mean_residual();

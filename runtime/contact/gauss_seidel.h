@@ -72,7 +72,8 @@ class GaussSeidel {
     // after strand, all contacts of a strand together (contact_newton.h), up to most_sweeps times
     // over all strands. Contacts on one strand share its stiffness against stretching, along which
     // sweeps over single contacts move loads at a crawl: thousands lead nowhere where friction
-    // winds a rope round a pole. Strands with more contacts than numbers are left as they are.
+    // winds a rope round a pole. Strands with more than 128 contacts, or more
+    // than they have numbers, are left as they are.
     GaussSeidelReport solve_strands(std::span<const ContactLaw> laws,
                                     std::span<const SidePlace> places, std::span<const double> v,
                                     std::span<const double> applied,
