@@ -631,12 +631,14 @@ Result<void> RodSimulation::restore(std::span<const std::byte> state) {
         header.strands != strand_count())
         return bad("state", "is not a state of these strands");
     const std::byte* p = state.data() + sizeof(header);
-    std::vector<double> numbers((state.size() - sizeof(header)) / sizeof(double));
-    std::memcpy(numbers.data(), p, numbers.size() * sizeof(double));
-    numbers.push_back(header.time);
-    if (std::any_of(numbers.begin(), numbers.end(),
-                    [](double v) { return !(std::abs(v) <= kLargestNumber); }))
-        return bad("state", "holds numbers that no simulation has");
+    const auto possible = [](double v) { return std::abs(v) <= kLargestNumber; };
+    bool all_possible = possible(header.time);
+    for (const std::byte* at = p; at < state.data() + state.size(); at += sizeof(double)) {
+        double number;
+        std::memcpy(&number, at, sizeof(number));
+        all_possible = all_possible && possible(number);
+    }
+    if (!all_possible) return bad("state", "holds numbers that no simulation has");
     const auto get = [&](void* to, std::size_t n) {
         std::memcpy(to, p, n);
         p += n;

@@ -30,6 +30,10 @@ def at_least(limit, unit=""):
     return Bound(f">= {limit}{unit and ' ' + unit}", lambda value: value >= limit)
 
 
+def near(middle, reach):
+    return Bound(f"{middle} +- {reach}", lambda value: abs(value - middle) <= reach)
+
+
 def equal_to(expected):
     return Bound(f"= {expected}", lambda value: value == expected)
 

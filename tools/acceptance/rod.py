@@ -4,7 +4,7 @@ import json
 import math
 import pathlib
 
-from acceptance.demand import at_least, at_most, demand, equal_to
+from acceptance.demand import at_least, at_most, demand, equal_to, near
 
 CASES = "data/validation/public.json"
 
@@ -112,25 +112,14 @@ def _(work):
     return row(work, STEP + ": times faster")["value"]
 
 
-def exponent(pairs):
-    """Slope of log(value) over log(size), least squares."""
-    x, y = [math.log(p) for p, _ in pairs], [math.log(q) for _, q in pairs]
-    mx, my = sum(x) / len(x), sum(y) / len(y)
-    return sum((a - mx) * (b - my) for a, b in zip(x, y)) / sum((a - mx) ** 2 for a in x)
-
-
-def sizes(work, pattern, values):
-    return [(n, row(work, pattern.format(n))["value"]) for n in values]
-
-
-@demand("time over strands, 250 to 16 000: fitted exponent", at_most(1.1))
+@demand("time over strands, 250 to 16 000 of 40 vertices: fitted exponent", near(1, 0.1))
 def _(work):
-    return exponent(sizes(work, "rod step, {} strands x 10 vertices", (250, 1000, 4000, 16000)))
+    return row(work, "rod step of 3 quasi-Newton iterations, over strands: exponent", section="rod-scaling")["value"]
 
 
-@demand("time over vertices, 10 to 160: fitted exponent", at_most(1.1))
+@demand("time over vertices, 10 to 160 of 1 000 strands: fitted exponent", near(1, 0.1))
 def _(work):
-    return exponent(sizes(work, "rod step, 250 strands x {} vertices", (10, 40, 160)))
+    return row(work, "rod step of 3 quasi-Newton iterations, over vertices: exponent", section="rod-scaling")["value"]
 
 
 # ---- contact ------------------------------------------------------------------------------------------

@@ -112,7 +112,8 @@ std::optional<bool> Row::ok(const Machine& machine) const {
     return smaller_is_better ? value <= *target : value >= *target;
 }
 
-Timing best_of(const Options& options, int threads, const std::function<void()>& work) {
+Timing best_of(const Options& options, int threads, const std::function<void()>& work,
+               const std::function<void()>& prepare) {
     Timing best{std::numeric_limits<double>::max(), 1};
     const auto count = static_cast<std::size_t>(threads);
     std::vector<double> before(count), after(count);
@@ -120,8 +121,10 @@ Timing best_of(const Options& options, int threads, const std::function<void()>&
 #pragma omp parallel num_threads(threads)
         out[std::size_t(omp_get_thread_num())] = thread_seconds();
     };
+    prepare();
     work();
     for (int repeat = 0; repeat < options.repeats(); ++repeat) {
+        prepare();
         clock(before);
         work();
         clock(after);

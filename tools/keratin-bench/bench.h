@@ -53,8 +53,9 @@ struct Options {
 };
 
 // Runs work() and returns the best of options.repeats() repeats. work() may use OpenMP with
-// `threads` threads.
-Timing best_of(const Options& options, int threads, const std::function<void()>& work);
+// `threads` threads. prepare() comes before each and is not timed.
+Timing best_of(const Options& options, int threads, const std::function<void()>& work,
+               const std::function<void()>& prepare = [] {});
 
 struct Report {
     const Options& options;

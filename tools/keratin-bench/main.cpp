@@ -89,7 +89,7 @@ int main(int argc, char** argv) {
     std::string names, long_names;
     for (const Section& s : kSections) {
         names += std::string(names.empty() ? "" : ", ") + s.name;
-        if (s.on_request) long_names += std::string(long_names.empty() ? "" : " and ") + s.name;
+        if (s.on_request) long_names += std::string(long_names.empty() ? "" : ", ") + s.name;
     }
     std::vector<std::string> wanted;
     Options options;

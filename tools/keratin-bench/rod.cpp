@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace keratin::bench {
 
@@ -41,22 +42,35 @@ struct StepTime {
     double iterations = 0;  // of Newton's method, mean over the strands
 };
 
-// One 1 ms step from a given state, cut off after `iterations` quasi-Newton iterations; putting the
-// state back is part of the work.
+// One 1 ms step from a given state.
 StepTime step_time(const Options& options, const std::vector<RodStrand>& strands,
-                   const std::vector<std::byte>& state, RodSettings settings,
-                   std::uint32_t iterations) {
-    settings.iterations = iterations;
-    settings.tolerance = 0;
+                   const std::vector<std::byte>& state, const RodSettings& settings) {
     RodSimulation rods = simulate(strands, settings);
     StepTime out;
-    out.time = best_of(options, settings.threads, [&] {
-        (void)rods.restore(state);
-        const auto report = rods.step(1e-3);
-        out.iterations =
-            static_cast<double>(report->iterations) / static_cast<double>(strands.size());
-    });
+    out.time = best_of(
+        options, settings.threads,
+        [&] {
+            const auto report = rods.step(1e-3);
+            out.iterations =
+                static_cast<double>(report->iterations) / static_cast<double>(strands.size());
+        },
+        [&] { (void)rods.restore(state); });
     return out;
+}
+
+// `settings` with a step that is cut off after `iterations` quasi-Newton iterations.
+RodSettings cut_off(RodSettings settings, std::uint32_t iterations) {
+    settings.iterations = iterations;
+    settings.tolerance = 0;
+    settings.halvings = 0;
+    return settings;
+}
+
+// After a few steps of falling they bend and twist everywhere.
+std::vector<std::byte> fallen(const std::vector<RodStrand>& strands, const RodSettings& settings) {
+    RodSimulation rods = simulate(strands, settings);
+    for (int k = 0; k < 10; ++k) (void)rods.step(1e-3);
+    return rods.save();
 }
 
 // A step of 20 iterations: strands converge to rounding before that many, so one step cut off after
@@ -70,13 +84,9 @@ TwentyIterations twenty(const Options& options, std::size_t strand_count, std::s
     RodSettings settings;
     settings.threads = threads;
     settings.instruction_set = set;
-    settings.halvings = 0;
-    // after a few steps of falling they bend and twist everywhere
-    RodSimulation rods = simulate(strands, settings);
-    for (int k = 0; k < 10; ++k) (void)rods.step(1e-3);
-    const std::vector<std::byte> state = rods.save();
-    const StepTime few = step_time(options, strands, state, settings, 2);
-    const StepTime more = step_time(options, strands, state, settings, 6);
+    const std::vector<std::byte> state = fallen(strands, settings);
+    const StepTime few = step_time(options, strands, state, cut_off(settings, 2));
+    const StepTime more = step_time(options, strands, state, cut_off(settings, 6));
     const double each = (more.time.seconds - few.time.seconds) / (more.iterations - few.iterations);
     return {few.time.seconds + (20 - few.iterations) * each, more.time.utilisation};
 }
@@ -84,6 +94,20 @@ TwentyIterations twenty(const Options& options, std::size_t strand_count, std::s
 std::string row_name(std::size_t strands, std::size_t vertices) {
     return "rod step, " + std::to_string(strands) + " strands x " + std::to_string(vertices) +
            " vertices, 20 quasi-Newton iterations";
+}
+
+// Slope of the straight line nearest to the points (x, y), least squares.
+double slope(const std::vector<double>& x, const std::vector<double>& y) {
+    double mean_x = 0, mean_y = 0, square = 0, product = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        mean_x += x[i] / static_cast<double>(x.size());
+        mean_y += y[i] / static_cast<double>(x.size());
+    }
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        square += (x[i] - mean_x) * (x[i] - mean_x);
+        product += (x[i] - mean_x) * (y[i] - mean_y);
+    }
+    return product / square;
 }
 
 }  // namespace
@@ -122,9 +146,50 @@ void rod_section(Report& report) {
         ratio.smaller_is_better = false;
         report.rows.push_back(ratio);
     }
-    if (options.quick) return;
-    for (const std::size_t strands : {250, 1000, 4000, 16000}) add(strands, 10, 1);
-    for (const std::size_t vertices : {10, 40, 160}) add(250, vertices, 1);
+}
+
+// How a step's time grows: two rows a size, and the exponents p of time = c size^p, fitted by least
+// squares to the logarithms; linear is 1. One thread. Judged is the same work at every size, three
+// iterations with one factor; beside it a whole step, whose number of factors the strands decide.
+void rod_scaling_section(Report& report) {
+    const Options& options = report.options;
+    RodSettings settings;
+    settings.threads = 1;
+    const std::pair<const char*, RodSettings> kinds[] = {
+        {"rod step of 3 quasi-Newton iterations, ", cut_off(settings, 3)},
+        {"rod step to the tolerance of 1e-8 m/s, ", settings}};
+    using Sizes = std::vector<std::size_t>;
+    const auto grow = [&](const char* over, const Sizes& strand_counts, const Sizes& vertex_counts) {
+        std::vector<double> log_size, log_time[2];
+        for (const std::size_t strand_count : strand_counts)
+            for (const std::size_t vertices : vertex_counts) {
+                const std::vector<RodStrand> strands = hair(strand_count, vertices);
+                const std::vector<std::byte> state = fallen(strands, settings);
+                log_size.push_back(std::log(static_cast<double>(strand_count * vertices)));
+                for (std::size_t k = 0; k < 2; ++k) {
+                    const double seconds =
+                        step_time(options, strands, state, kinds[k].second).time.seconds;
+                    Row row;
+                    row.name = kinds[k].first + std::to_string(strand_count) + " strands x " +
+                               std::to_string(vertices) + " vertices";
+                    row.value = 1e3 * seconds;
+                    row.unit = "ms";
+                    report.rows.push_back(row);
+                    log_time[k].push_back(std::log(seconds));
+                }
+            }
+        for (std::size_t k = 0; k < 2; ++k) {
+            Row row;
+            row.name = std::string(kinds[k].first) + "over " + over + ": exponent";
+            row.value = slope(log_size, log_time[k]);
+            if (k == 0) row.target = 1.1;
+            report.rows.push_back(row);
+        }
+    };
+    grow("strands",
+         options.quick ? Sizes{250, 1000, 4000} : Sizes{250, 500, 1000, 2000, 4000, 8000, 16000},
+         {40});
+    grow("vertices", {1000}, options.quick ? Sizes{10, 40, 160} : Sizes{10, 20, 40, 80, 160});
 }
 
 }  // namespace keratin::bench

@@ -8,6 +8,7 @@ namespace keratin::bench {
 
 void strand_section(Report& report);
 void rod_section(Report& report);
+void rod_scaling_section(Report& report);
 void contact_section(Report& report);
 void contact_methods_section(Report& report);
 void hairball_section(Report& report);
@@ -25,6 +26,8 @@ inline constexpr Section kSections[] = {
     {"strand", "the strand solver: constraints, grid, interpolation, whole frames", strand_section},
 #ifdef KERATIN_WITH_ROD
     {"rod", "the rod solver without contact: quasi-Newton steps", rod_section},
+    {"rod-scaling", "how the rod solver's time grows with strands and vertices",
+     rod_scaling_section, true},
     {"contact", "contact: broad and narrow phase, Gauss-Seidel sweeps", contact_section},
     {"contact-methods", "time against error of both contact methods on the bundles",
      contact_methods_section, true},
