@@ -4,6 +4,7 @@
 #include "runtime/rod/rod_energy.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <new>
 #include <numeric>
@@ -13,6 +14,8 @@ namespace keratin {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
+// Rest curvature of a joint below which (phi/omega)^2 = 1 - omega^2/6 is 1 to rounding.
+constexpr double kStraight = 1e-8;
 
 using Vec = Vector3<Double1>;
 Vec vec(const Double3& a) { return {a[0], a[1], a[2]}; }
@@ -31,13 +34,18 @@ double joint_length(const RodShape& shape, std::size_t i) {
     return (shape.rest_length[i - 1] + shape.rest_length[i]) / 2;
 }
 
-// The bend energy is a square in omega = 2 tan(phi/2), and d omega/d phi = 1 + omega^2/4: about a rest
-// bend phi it resists a change of the angle with (B/l)(1 + omega^2/4)^2 instead of B/l. **Beyond**
-// METHODS §2.2: divided by that, a curved rod is as stiff as its material about its rest shape (exactly
-// in the plane of the bend; out of it and in twist to the order of the mesh, as without it, but nearer).
+// The bend energy is a square in omega = 2 tan(phi/2) where the material's is one in the angle phi: to
+// straighten a joint that rests bent by phi takes B/(2 l) omega^2 instead of B/(2 l) phi^2. **Beyond**
+// METHODS §2.2: a joint's stiffness is multiplied by (phi/omega)^2, so that a rod as long as the material
+// is straightened by the material's work. About the rest bend itself it is stiffer than the material,
+// by phi^2/3; 1/(1 + omega^2/4)^2 would be exact there and give way where weight pulls curls straight:
+// bend-twist thresholds at 20 edges are off by at most 1 % with this factor for Gamma 20 to 1 000 and
+// any Poisson's ratio, by 0.4 to 11 % with that one, by -2.6 to 0.3 % without any.
 double rest_stiffness(const std::array<double, 5>& rest) {
-    const double slope = 1 + (rest[0] * rest[0] + rest[1] * rest[1]) / 4;
-    return 1 / (slope * slope);
+    const double omega = std::sqrt(rest[0] * rest[0] + rest[1] * rest[1]);
+    if (omega < kStraight) return 1;
+    const double ratio = 2 * std::atan(omega / 2) / omega;
+    return ratio * ratio;
 }
 
 }  // namespace
