@@ -245,6 +245,12 @@ std::vector<Check> run_capstan(const Json& test) {
         const double smooth = reference.at("T2_over_T1").get<double>();
         const double same = polygon.value(key, smooth);
         checks.push_back({at("T2/T1 held, same polygon", joints), ratio, same, relative(ratio, same), tolerance});
+        // That polygon rests on the cylinder with its corners. Where it does with the middles of its
+        // edges, each contact's force half on either end, a corner that turns by a has T'/T = k with
+        // k^2 - 2 mu sin(a) k - 1 = 0.
+        const double mu = setup.at("mu").get<double>(), turn = wrap / static_cast<double>(joints);
+        const double edges = std::exp(static_cast<double>(joints) * std::asinh(mu * std::sin(turn)));
+        checks.push_back({at("T2/T1 held, polygon on its edges", joints), ratio, edges, relative(ratio, edges), tolerance});
         checks.push_back({at("T2/T1 held, smooth", joints), ratio, smooth, relative(ratio, smooth),
                           tolerance + relative(same, smooth)});
     }
