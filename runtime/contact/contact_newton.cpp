@@ -10,15 +10,13 @@ namespace {
 
 // Newton's method takes whole steps first, uphill too: on its way to the right set of sticking and
 // sliding contacts the residual may rise a thousandfold. Where that has led nowhere, steps are kept
-// small enough to go downhill.
-// Both numbers are of steps in a row that bring nothing.
+// small enough to go downhill. Numbers of steps in a row that bring nothing:
 constexpr int kFreeSteps = 12, kSafeSteps = 15;
 // Of the diagonal: added to W in the linear system, so that contacts which share a load in more
 // than one way have one answer, the nearest; more of it makes steps smaller. The law itself keeps
 // the true W.
 constexpr double kNearest = 1e-10, kFirstDamping = 1e-6, kMostDamping = 1e2, kDampingUp = 20,
                  kDampingDown = 10;
-constexpr int kStepsAContact = 1;
 constexpr int kSweeps = 4;  // where no step goes downhill
 
 // Solves a x = b in place by elimination with row exchanges; false at a pivot of 0.
@@ -172,7 +170,7 @@ double ContactNewton::solve(std::span<const double> w, std::span<const double> f
         return true;
     };
     // A front between sliding and sticking contacts moves by one contact a step at worst.
-    int left = kStepsAContact * static_cast<int>(friction.size()) + kFreeSteps + kSafeSteps;
+    int left = static_cast<int>(friction.size()) + kFreeSteps + kSafeSteps;
     for (int idle = 0; idle < kFreeSteps && best > settings.residual && left > 0; --left) {
         if (!take(kNearest)) break;
         idle = keep() ? 0 : idle + 1;

@@ -31,15 +31,15 @@ class ContactNewton {
                  std::span<double> velocities);
 
   private:
-    // One step of Newton's method from r, u: the change of r to `step_`. False where the linear
-    // system has no solution in numbers.
+    // One step of Newton's method from r, u: the change of r to `step_`. damping: of W's diagonal,
+    // added to it. False where the linear system has no solution in numbers.
     bool step(std::span<const double> w, std::span<const double> friction,
               std::span<const double> r, std::span<const double> u, double damping);
     // Each contact in turn solved for itself.
     void sweep(std::span<const double> w, std::span<const double> friction, std::span<double> r,
                std::span<double> u);
 
-    std::vector<double> matrix_, step_, r_, u_, change_;
+    std::vector<double> matrix_, step_, r_, u_;
 };
 
 }  // namespace keratin
