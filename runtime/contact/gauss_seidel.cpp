@@ -28,7 +28,8 @@ constexpr double kUphill = 1.2;  // growth of the squared step at which the dire
 // Sweeps that do not bring the residual to this share of its best in so many more lead nowhere.
 constexpr double kProgress = 0.9;
 constexpr std::uint32_t kPatience = 100;
-constexpr double kFarWorse = 10;  // than the best residual seen: the impulses of then are taken back
+constexpr double kFarWorse =
+    10;  // than the best residual seen: the impulses of then are taken back
 // Contacts of a strand that are solved together at most.
 constexpr std::uint32_t kMostTogether = 128;
 constexpr std::uint32_t kStrandPatience = 4;  // rounds over the strands without progress
@@ -117,9 +118,12 @@ struct GaussSeidel::Memory {
                      std::span<const double> applied, std::span<const double> impulses,
                      const Column* columns_of, int threads);
     void read_velocity(std::span<const ContactLaw> laws, std::uint32_t contact, double* u) const;
-    // Adds three by three numbers: what an impulse at side `from` gives side `to` of its strand.
-    void add_coupling(std::span<const ContactLaw> laws, std::uint32_t to, std::uint32_t from,
-                      double* w, std::size_t stride) const;
+    // Adds three by three numbers of W: what an impulse of contact `from` gives contact `to`
+    // through the strands that they share.
+    template <class Column>
+    void add_coupling(std::span<const ContactLaw> laws, std::span<const SidePlace> places,
+                      std::size_t to, std::size_t from, const Column* columns_of, double* w,
+                      std::size_t stride) const;
     // The contacts in `together`, solved with all others' impulses as they are.
     void solve_together(std::span<const ContactLaw> laws, std::span<const SidePlace> places,
                         const GaussSeidelSettings& settings, std::span<double> impulses);
@@ -274,6 +278,29 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
     renew(layout, laws, places, inverse, threads, exact);
 }
 
+template <class Column>
+void GaussSeidel::Memory::add_coupling(std::span<const ContactLaw> laws,
+                                       std::span<const SidePlace> places, std::size_t to,
+                                       std::size_t from, const Column* columns_of, double* out,
+                                       std::size_t stride) const {
+    for (std::uint32_t a = 0; a < laws[to].sides; ++a)
+        for (std::uint32_t b = 0; b < laws[from].sides; ++b) {
+            if (places[2 * to + a].strand != places[2 * from + b].strand) continue;
+            const SweepSide &read = sides[2 * to + a], &give = sides[2 * from + b];
+            for (std::size_t col = 0; col < 3; ++col) {
+                const Column* column = columns_of + give.column + col * give.rows + read.read;
+                for (std::size_t row = 0; row < 3; ++row) {
+                    if (read.dense == 0) {
+                        out[row * stride + col] += column[row];
+                        continue;
+                    }
+                    for (int k = 0; k < 7; ++k)
+                        out[row * stride + col] += laws[to].rows[a].weight[row][k] * column[k];
+                }
+            }
+        }
+}
+
 void GaussSeidel::Memory::take_over(std::uint32_t strand) {
     const StrandPart &part = now.strands[strand], &was = before.strands[strand];
     if (part.side_count != was.side_count) return;
@@ -381,23 +408,7 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
         const std::uint32_t lane = m.batch_of[c] % kContactBatch;
         // Its own block: both sides, and between them where they are on one strand.
         double w[3][3] = {};
-        for (std::uint32_t a = 0; a < laws[c].sides; ++a)
-            for (std::uint32_t b = 0; b < laws[c].sides; ++b) {
-                if (places[2 * c + a].strand != places[2 * c + b].strand) continue;
-                const SweepSide &read = m.sides[2 * c + a], &from = m.sides[2 * c + b];
-                for (int col = 0; col < 3; ++col) {
-                    const float* column = m.now.columns.data() + from.column +
-                                          static_cast<std::size_t>(col) * from.rows + read.read;
-                    for (int row = 0; row < 3; ++row) {
-                        if (read.dense == 0) {
-                            w[row][col] += column[row];
-                        } else {
-                            for (int k = 0; k < 7; ++k)
-                                w[row][col] += laws[c].rows[a].weight[row][k] * column[k];
-                        }
-                    }
-                }
-            }
+        m.add_coupling(laws, places, c, c, m.now.columns.data(), &w[0][0], 3);
         if (w[0][0] > 0) {
             const double own[6] = {w[0][0], 0.5 * (w[0][1] + w[1][0]), 0.5 * (w[0][2] + w[2][0]),
                                    w[1][1], 0.5 * (w[1][2] + w[2][1]), w[2][2]};
@@ -635,22 +646,6 @@ void GaussSeidel::Memory::read_velocity(std::span<const ContactLaw> laws, std::u
     }
 }
 
-void GaussSeidel::Memory::add_coupling(std::span<const ContactLaw> laws, std::uint32_t to,
-                                       std::uint32_t from, double* out, std::size_t stride) const {
-    const SweepSide &read = sides[to], &give = sides[from];
-    for (std::size_t col = 0; col < 3; ++col) {
-        const double* column = now.exact.data() + give.column + col * give.rows + read.read;
-        for (std::size_t row = 0; row < 3; ++row) {
-            if (read.dense == 0) {
-                out[row * stride + col] += column[row];
-                continue;
-            }
-            for (int i = 0; i < 7; ++i)
-                out[row * stride + col] += laws[to / 2].rows[to % 2].weight[row][i] * column[i];
-        }
-    }
-}
-
 void GaussSeidel::Memory::solve_together(std::span<const ContactLaw> laws,
                                          std::span<const SidePlace> places,
                                          const GaussSeidelSettings& settings,
@@ -671,12 +666,8 @@ void GaussSeidel::Memory::solve_together(std::span<const ContactLaw> laws,
     w.assign(n * n, 0.0);
     for (std::size_t i = 0; i < number; ++i)
         for (std::size_t j = 0; j < number; ++j)
-            for (std::uint32_t a = 0; a < laws[together[i]].sides; ++a)
-                for (std::uint32_t b = 0; b < laws[together[j]].sides; ++b) {
-                    const std::uint32_t to = 2 * together[i] + a, from = 2 * together[j] + b;
-                    if (places[to].strand == places[from].strand)
-                        add_coupling(laws, to, from, &w[3 * i * n + 3 * j], n);
-                }
+            add_coupling(laws, places, together[i], together[j], now.exact.data(),
+                         &w[3 * i * n + 3 * j], n);
     contact_newton.solve(w, friction, newton, r, u);
     for (std::size_t i = 0; i < number; ++i) {
         const std::uint32_t c = together[i];
@@ -726,8 +717,8 @@ GaussSeidelReport GaussSeidel::solve_strands(std::span<const ContactLaw> laws,
     while (report.sweeps < settings.most_sweeps && report.residual > settings.residual) {
         for (const std::uint32_t s : m.touched) {
             const Memory::StrandPart& part = m.now.strands[s];
-            // More contacts than numbers contradict each other: sweeps with eased gaps do better. And
-            // the time goes with the cube.
+            // More contacts than numbers contradict each other: sweeps with eased gaps do better.
+            // And the time goes with the cube.
             if (part.dense || part.side_count > kMostTogether) continue;
             m.together.clear();
             for (std::uint32_t j = 0; j < part.side_count; ++j)

@@ -1,6 +1,5 @@
 #include "runtime/contact/meeting.h"
 
-
 #include <algorithm>
 #include <cmath>
 

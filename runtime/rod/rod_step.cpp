@@ -614,11 +614,11 @@ void lay_out_work(RodStepper& r) {
     std::size_t longest = 0;
     for (std::size_t k = 0; k < b.block_count(); ++k) longest = std::max(longest, b.rows(k));
     r.work.clear();
-    if (r.contact != nullptr) r.contact->attached();
-    if (r.contact != nullptr)
+    if (r.contact != nullptr) {
+        r.contact->attached();
         for (std::size_t k = 0; k < b.block_count(); ++k)
             r.work.push_back(std::make_unique<RodWorkspace>(b.rows(k), b.lanes));
-    else
+    } else
         for (int k = 0; k < thread_count(r.settings); ++k)
             r.work.push_back(std::make_unique<RodWorkspace>(longest, b.lanes));
     const std::size_t numbers = r.contact != nullptr ? b.x.size() : 0;
