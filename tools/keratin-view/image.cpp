@@ -95,12 +95,16 @@ void draw_text(const std::string& text, int x, int y, int scale, std::array<std:
     }
 }
 
-Image contact_sheet(const std::vector<Image>& pictures, int largest_side) {
+Image contact_sheet(const std::vector<Image>& pictures, int columns, int largest_side) {
     if (pictures.empty()) return make_image(1, 1, {0, 0, 0});
     const int width = pictures[0].width, height = pictures[0].height, count = int(pictures.size());
-    int columns = 1;
-    while (columns < count && columns * width < ((count + columns - 1) / columns) * height)
-        ++columns;
+    if (columns > 0) {
+        columns = std::min(columns, count);
+    } else {
+        columns = 1;
+        while (columns < count && columns * width < ((count + columns - 1) / columns) * height)
+            ++columns;
+    }
     const int rows = (count + columns - 1) / columns;
     int shrink = 1;
     while (columns * (width / shrink) > largest_side || rows * (height / shrink) > largest_side)

@@ -38,9 +38,9 @@ void paste(const Image& part, int x, int y, Image& image);
 void draw_text(const std::string& text, int x, int y, int scale, std::array<std::uint8_t, 3> color,
                Image& image);
 
-// Several pictures of one size as one, row by row, so that the sheet is about as wide as high. The
-// largest side stays below `largest_side` by drawing every picture smaller (whole-number box
-// filter).
-Image contact_sheet(const std::vector<Image>& pictures, int largest_side = 4096);
+// Several pictures of one size as one, row by row, with `columns` in a row; 0: so many that the
+// sheet is about as wide as high. The largest side stays below `largest_side` by drawing every
+// picture smaller (whole-number box filter).
+Image contact_sheet(const std::vector<Image>& pictures, int columns = 0, int largest_side = 4096);
 
 }  // namespace keratin::view

@@ -10,9 +10,11 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <optional>
 #include <set>
@@ -24,14 +26,15 @@ namespace keratin::view {
 namespace {
 
 constexpr const char* kAbout =
-    "Draws an asset (.kera) or a cached run (.kcache) as a PNG picture, several frames as a "
-    "contact sheet\n"
-    "or a film.\n"
+    "Draws an asset (.kera) or a cached run (.kcache) as a PNG picture, several frames or several "
+    "of them\n"
+    "as a contact sheet, the frames of one as a film.\n"
     "\n"
     "  keratin-view head.kera -o head.png                     the groom at rest\n"
     "  keratin-view run.kcache -o last.png                    the last frame of a run\n"
     "  keratin-view run.kcache -o shake.png --sheet 12        twelve frames side by side\n"
     "  keratin-view run.kcache --film shake.mp4 --samples 4   all frames (needs ffmpeg)\n"
+    "  keratin-view a.kcache b.kcache -o both.png --sheet 4   a row each, seen by one camera\n"
     "  keratin-view head.kera -o guides.png --show guides,mesh --color strand\n"
     "\n"
     "The camera looks at all of the hair by itself. Real hair is thinner than a pixel, so strands "
@@ -41,12 +44,13 @@ constexpr const char* kAbout =
     "3 a fault of the program.";
 
 struct Command {
-    std::string input, output, cache, mesh, film, camera, look_from, look_at,
+    std::vector<std::string> inputs;
+    std::string output, cache, mesh, film, camera, look_from, look_at,
         size = "800x800", show, color = "natural", hair_color = "brown", shading = "marschner",
         curves = "smooth", fit = "hair";
     double scale = 1, color_full = 0;
     float fov = 30;
-    int samples = 16, threads = 0, sheet = 0, every = 1;
+    int samples = 16, threads = 0, sheet = 0, columns = 0, every = 1;
     std::optional<std::uint32_t> frame;
     std::vector<std::uint32_t> frames;
     float min_width = 1.5f;
@@ -117,6 +121,12 @@ Result<DrawOptions> draw_options(const Command& command) {
     return options;
 }
 
+// An asset or run, and its frames to draw by their place in the run.
+struct Chosen {
+    Source source;
+    std::vector<std::size_t> places;
+};
+
 // Frames to draw, by their place in the run.
 Result<std::vector<std::size_t>> chosen_frames(const Command& command, const Source& source) {
     const std::size_t count = frame_count(source);
@@ -148,6 +158,52 @@ Result<std::vector<std::size_t>> chosen_frames(const Command& command, const Sou
         places.push_back(count - 1);
     }
     return places;
+}
+
+Result<std::vector<Chosen>> chosen_inputs(const Command& command) {
+    if (command.inputs.size() > 1 && !command.cache.empty())
+        return usage("--cache", "goes with one asset, not with " +
+                                    std::to_string(command.inputs.size()) +
+                                    " inputs; a cached run by itself is an input, too");
+    if (command.inputs.size() > 1 && !command.film.empty())
+        return usage("--film",
+                     "shows one run, not " + std::to_string(command.inputs.size()) + " inputs");
+    std::vector<Chosen> chosen;
+    for (const std::string& input : command.inputs) {
+        auto source = open_source(input, command.cache);
+        if (!source) return source.error();
+        if (!command.mesh.empty()) {
+            auto body = read_body(command.mesh, command.scale);
+            if (!body) return body.error();
+            source->body = std::move(*body);
+        }
+        auto places = chosen_frames(command, *source);
+        if (!places) return places.error();
+        chosen.push_back({std::move(*source), std::move(*places)});
+    }
+    return chosen;
+}
+
+// Pictures in a row of the contact sheet; 0: so many that it is about as wide as high.
+int sheet_columns(const Command& command, const std::vector<Chosen>& chosen) {
+    if (command.columns > 0 || chosen.size() == 1) return command.columns;
+    const std::size_t frames = chosen[0].places.size();
+    const bool rows = frames > 1 && std::all_of(chosen.begin(), chosen.end(), [&](const Chosen& c) {
+                          return c.places.size() == frames;
+                      });
+    return rows ? int(frames) : 0;
+}
+
+// What stands in a picture among several.
+std::string caption_of(const Chosen& chosen, const Subject& subject, bool named) {
+    std::string caption =
+        named ? std::filesystem::path(chosen.source.name).stem().string() + "  " : "";
+    if (chosen.source.cache) {
+        char text[64];
+        std::snprintf(text, sizeof text, "frame %u  %.2f s", subject.frame, subject.time);
+        caption += text;
+    }
+    return caption;
 }
 
 // The camera of the command line, or nothing where it is to be framed.
@@ -199,16 +255,11 @@ Result<void> view(const Command& command) {
     auto chosen_options = draw_options(command);
     if (!chosen_options) return chosen_options.error();
     DrawOptions& options = *chosen_options;
-    auto opened = open_source(command.input, command.cache);
-    if (!opened) return opened.error();
-    Source& source = *opened;
-    if (!command.mesh.empty()) {
-        auto body = read_body(command.mesh, command.scale);
-        if (!body) return body.error();
-        source.body = std::move(*body);
-    }
-    const auto places = chosen_frames(command, source);
-    if (!places) return places.error();
+    const auto chosen = chosen_inputs(command);
+    if (!chosen) return chosen.error();
+    const bool several = chosen->size() > 1;
+    std::size_t count = 0;
+    for (const Chosen& c : *chosen) count += c.places.size();
 
     const auto given = given_camera(command);
     if (!given) return given.error();
@@ -219,22 +270,23 @@ Result<void> view(const Command& command) {
         angles = *parsed;
     }
 
-    // One camera and one scale of colours for all frames.
+    // One camera and one scale of colours for all pictures.
     Framing framing(angles, options.render.width, options.render.height, command.fov);
     double full = command.color_full;
-    for (const std::size_t place : *places) {
-        const auto subject = subject_to_draw(source, place, options.coloring);
-        if (!subject) return subject.error();
-        include_shown(*subject, options, command.fit == "all", framing);
-        if (command.color_full == 0)
-            full = std::max(full, double(usual_largest(*subject, options.coloring)));
-    }
+    for (const Chosen& c : *chosen)
+        for (const std::size_t place : c.places) {
+            const auto subject = subject_to_draw(c.source, place, options.coloring);
+            if (!subject) return subject.error();
+            include_shown(*subject, options, command.fit == "all", framing);
+            if (command.color_full == 0)
+                full = std::max(full, double(usual_largest(*subject, options.coloring)));
+        }
     options.color_full = full > 0 ? float(full) : 1;
     const Camera camera = *given ? **given : framing.camera();
 
     std::optional<Film> film;
     if (!command.film.empty()) {
-        const double seconds = source.cache->head().frame * command.every;
+        const double seconds = chosen->front().source.cache->head().frame * command.every;
         auto created = Film::create(command.film, options.render.width, options.render.height,
                                     seconds > 0 ? 1 / seconds : 30);
         if (!created) return created.error();
@@ -245,26 +297,27 @@ Result<void> view(const Command& command) {
     nlohmann::ordered_json frames = nlohmann::ordered_json::array();
     Drawn last;
     Progress progress(!command.quiet && !command.json);
-    for (std::size_t i = 0; i < places->size(); ++i) {
-        progress.at(i + 1, places->size());
-        const auto subject = subject_to_draw(source, (*places)[i], options.coloring);
-        if (!subject) return subject.error();
-        if (source.cache && places->size() > 1) {
-            char caption[64];
-            std::snprintf(caption, sizeof caption, "frame %u  %.2f s", subject->frame,
-                          subject->time);
-            options.caption = caption;
+    for (const Chosen& c : *chosen)
+        for (const std::size_t place : c.places) {
+            progress.at(pictures.size() + 1, count);
+            const auto subject = subject_to_draw(c.source, place, options.coloring);
+            if (!subject) return subject.error();
+            if (count > 1) options.caption = caption_of(c, *subject, several);
+            auto drawn = draw(*subject, camera, options);
+            if (!drawn) return drawn.error();
+            if (film)
+                if (const auto ok = film->add(drawn->image); !ok) return ok.error();
+            if (c.source.cache) {
+                frames.push_back({{"frame", subject->frame}, {"time", subject->time}});
+                if (several) frames.back()["input"] = c.source.name;
+            }
+            if (keep) pictures.push_back(drawn->image);
+            last = std::move(*drawn);
         }
-        auto drawn = draw(*subject, camera, options);
-        if (!drawn) return drawn.error();
-        if (film)
-            if (const auto ok = film->add(drawn->image); !ok) return ok.error();
-        if (source.cache) frames.push_back({{"frame", subject->frame}, {"time", subject->time}});
-        if (keep) pictures.push_back(drawn->image);
-        last = std::move(*drawn);
-    }
     if (keep) {
-        const Image image = pictures.size() == 1 ? pictures[0] : contact_sheet(pictures);
+        const Image image = pictures.size() == 1
+                                ? pictures[0]
+                                : contact_sheet(pictures, sheet_columns(command, *chosen));
         if (const auto ok = write_png(image, command.output); !ok) return ok.error();
     }
     if (film)
@@ -275,8 +328,10 @@ Result<void> view(const Command& command) {
     const bool scaled =
         options.coloring == HairColoring::density || options.coloring == HairColoring::velocity;
     if (command.json) {
-        nlohmann::ordered_json document = {
-            {"program", "keratin-view"}, {"version", KERATIN_VERSION}, {"input", command.input}};
+        nlohmann::ordered_json document = {{"program", "keratin-view"},
+                                           {"version", KERATIN_VERSION},
+                                           {"input", command.inputs[0]}};
+        if (several) document["inputs"] = command.inputs;
         if (keep) document["output"] = command.output;
         if (!command.film.empty()) document["film"] = command.film;
         document["width"] = options.render.width;
@@ -301,8 +356,8 @@ Result<void> view(const Command& command) {
         if (film) to += (to.empty() ? "" : " and ") + command.film;
         std::printf(
             "%s: %zu strands, %zu guides, %zu triangles, %zu picture%s of %dx%d in %.1f s\n",
-            to.c_str(), last.strands, last.guides, last.triangles, places->size(),
-            places->size() == 1 ? "" : "s", options.render.width, options.render.height, seconds);
+            to.c_str(), last.strands, last.guides, last.triangles, count, count == 1 ? "" : "s",
+            options.render.width, options.render.height, seconds);
         if (last.widened_points > 0)
             std::printf("strands are drawn %.3g pixels wide, up to %.1f times their own width\n",
                         options.min_pixels, last.largest_widening);
@@ -321,11 +376,14 @@ int run(int argc, char** argv) {
                              std::to_string(kAssetMajor) + "." + std::to_string(kAssetMinor) +
                              ", cached runs of revision " + std::to_string(kCacheMajor) + "." +
                              std::to_string(kCacheMinor));
-    app.add_option("input", command.input, "asset (.kera) or cached run (.kcache)")
+    app.add_option(
+           "input", command.inputs,
+           "asset (.kera) or cached run (.kcache); several: a contact sheet, named by their "
+           "files")
         ->required()
         ->type_name("FILE");
     app.add_option("-o,--output", command.output,
-                   "PNG to write; with several frames a contact sheet")
+                   "PNG to write; with several frames or inputs a contact sheet")
         ->type_name("FILE");
     app.add_option("--cache", command.cache, "cached run of the asset")
         ->type_name("FILE")
@@ -336,6 +394,11 @@ int run(int argc, char** argv) {
         ->delimiter(',')
         ->group("What");
     app.add_option("--sheet", command.sheet, "that many frames, evenly spread over the run")
+        ->check(CLI::Range(1, 400))
+        ->group("What");
+    app.add_option("--columns", command.columns,
+                   "pictures in a row of the contact sheet; default: a row an input where all have "
+                   "the same number of frames, otherwise about as wide as high")
         ->check(CLI::Range(1, 400))
         ->group("What");
     app.add_option("--film", command.film, "all frames as a film (mp4, webm, gif; needs ffmpeg)")
@@ -437,7 +500,8 @@ int run(int argc, char** argv) {
         return 2;
     }
     const OutputFile outputs[] = {{"-o", command.output}, {"--film", command.film}};
-    const std::string inputs[] = {command.input, command.cache, command.mesh};
+    std::vector<std::string> inputs = command.inputs;
+    inputs.insert(inputs.end(), {command.cache, command.mesh});
     Result<void> done =
         command.output.empty() && command.film.empty()
             ? Result<void>(usage("-o", "give the picture a name, such as -o head.png"))

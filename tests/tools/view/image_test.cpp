@@ -67,9 +67,17 @@ TEST_CASE("a contact sheet shows every picture once") {
     }
 }
 
+TEST_CASE("a contact sheet has the columns asked for, but none empty") {
+    const std::vector<Image> pictures(5, make_image(40, 30, {90, 120, 150}));
+    CHECK(contact_sheet(pictures, 3).width == 3 * 44 + 4);
+    CHECK(contact_sheet(pictures, 3).height == 2 * 34 + 4);
+    CHECK(contact_sheet(pictures, 9).width == 5 * 44 + 4);
+    CHECK(contact_sheet(pictures, 9).height == 34 + 4);
+}
+
 TEST_CASE("a contact sheet of many pictures shrinks to the side allowed") {
     const std::vector<Image> pictures(9, make_image(100, 100, {90, 120, 150}));
-    const Image sheet = contact_sheet(pictures, 150);
+    const Image sheet = contact_sheet(pictures, 0, 150);
     CHECK(sheet.width <= 150 + 4 * 4);
     CHECK(sheet.at(sheet.width / 2, sheet.height / 2) == std::array<std::uint8_t, 3>{90, 120, 150});
 }

@@ -103,6 +103,38 @@ TEST_CASE("keratin-view draws frames of a run, one or as a sheet, in the solver'
     for (std::uint32_t i = 0; i < 4; ++i) CHECK(every[i]["frame"] == i);
 }
 
+TEST_CASE("several inputs stand side by side, a row each, and every frame says whose it is") {
+    const Folder folder("several");
+    test::write_small_asset(folder.file("a.kera"));
+    test::write_small_run(folder.file("a.kera"), folder.file("a.kcache"));
+    test::write_small_run(folder.file("a.kera"), folder.file("b.kcache"));
+    const std::string a = folder.file("a.kcache"), b = folder.file("b.kcache"),
+                      png = folder.file("a.png");
+    const int gap = 4, w = 60 + gap, h = 40 + gap;
+    const auto outcome = run(a + " " + b + " -o " + png + kQuick + " --json --frames 0,1,3");
+    REQUIRE(outcome.code == 0);
+    const auto document = nlohmann::json::parse(outcome.text);
+    CHECK(document["input"] == a);
+    CHECK(document["inputs"] == nlohmann::json({a, b}));
+    REQUIRE(document["frames"].size() == 6);
+    CHECK(document["frames"][2]["input"] == a);
+    CHECK(document["frames"][3]["input"] == b);
+    CHECK(document["frames"][3]["frame"] == 0);
+    auto sheet = view::read_image(png);
+    REQUIRE(sheet);
+    CHECK(sheet->width == gap + 3 * w);
+    CHECK(sheet->height == gap + 2 * h);
+
+    CHECK(run(a + " " + b + " -o " + png + kQuick + " --frames 0,1,3 --columns 2").code == 0);
+    sheet = view::read_image(png);
+    CHECK(sheet->width == gap + 2 * w);
+    CHECK(sheet->height == gap + 3 * h);
+
+    // One picture each: an asset at rest and the last frame of a run.
+    CHECK(run(folder.file("a.kera") + " " + a + " -o " + png + kQuick + " --columns 5").code == 0);
+    CHECK(view::read_image(png)->width == gap + 2 * w);
+}
+
 TEST_CASE("a film gets every frame, and is left behind only when it is whole") {
     const Folder folder("film");
     test::write_small_asset(folder.file("a.kera"));
@@ -167,6 +199,12 @@ TEST_CASE("keratin-view refuses wrong use with exit code 2, one line and no pict
           {asset + out + " --color velocity", "--color velocity"},
           {asset + out + " --mesh /none.obj", "/none.obj"},
           {folder.file("a.kcache") + out + " --frame 4", "0 to 3"},
+          {asset + " " + asset + " --cache " + folder.file("a.kcache") + out, "--cache"},
+          {folder.file("a.kcache") + " " + folder.file("a.kcache") + " --film " +
+               folder.file("wrong.mp4"),
+           "--film"},
+          {asset + " " + folder.file("none.kera") + out, "none.kera"},
+          {asset + out + " --columns 0", "--columns"},
           {asset + " -o " + folder.file("no_folder/a.png") + kQuick, "no_folder"}}) {
         CAPTURE(c.arguments);
         const auto outcome = run(c.arguments + " 2>&1 >/dev/null");
