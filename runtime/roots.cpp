@@ -1,7 +1,6 @@
 // The pass `skin`: root transforms from bones, triangles or the one motion of the asset.
 #include "runtime/parallel.h"
 #include "runtime/state.h"
-#include "schema/formula/barycentric.h"
 
 #include <algorithm>
 #include <atomic>
@@ -11,77 +10,22 @@ namespace keratin {
 
 namespace {
 
-struct Root {
-    Vec4f rotation;
-    Vec3f translation;
-};
+using Root = RootTransform<float>;
 
-bool finite(const Root& r) {
-    const float sum = r.rotation.x + r.rotation.y + r.rotation.z + r.rotation.w + r.translation.x +
-                      r.translation.y + r.translation.z;
-    return std::isfinite(sum);
-}
-
-// A transform relative to the simulation's origin.
-Root relative(const RigidTransform& t, const std::array<double, 3>& origin) {
-    const Vec3d p = translation_of(t) - Vec3d(origin[0], origin[1], origin[2]);
-    const Vec4d q = rotation_of(t);
-    return {Vec4f(float(q.x), float(q.y), float(q.z), float(q.w)),
-            Vec3f(float(p.x), float(p.y), float(p.z))};
+Vec3f vertex(std::span<const float> positions, std::uint32_t v) {
+    return mesh_vertex<float>(positions, v);
 }
 
 Root bone_root(const Simulation::State& s, const std::uint32_t bone[4], const float weight[4],
                const Vec3f& rest) {
-    if (weight[0] >= 1.0f) return relative(s.bone_world[bone[0]], s.settings.origin);
-    Vec4f sum(0, 0, 0, 0), first(0, 0, 0, 1);
-    Vec3f point(0, 0, 0);
-    for (int k = 0; k < 4; ++k) {
-        if (weight[k] <= 0) continue;
-        const Root r = relative(s.bone_world[bone[k]], s.settings.origin);
-        if (k == 0) first = r.rotation;
-        // The same rotation has two quaternions: take the one on the first bone's side.
-        const float side = dot(first, r.rotation) < 0 ? -weight[k] : weight[k];
-        sum = sum + r.rotation * side;
-        point = point + (rotate(r.rotation, rest) + r.translation) * weight[k];
-    }
-    Root root;
-    root.rotation = unit_quaternion(sum);
-    root.translation = point - rotate(root.rotation, rest);
-    return root;
+    return keratin::bone_root<float>(s.bone_world, s.settings.origin, bone, weight, rest);
 }
 
-Vec3f vertex(std::span<const float> positions, std::uint32_t v) {
-    return Vec3f(positions[v * 3], positions[v * 3 + 1], positions[v * 3 + 2]);
-}
-Vec3d exact(const Vec3f& v) { return Vec3d(double(v.x), double(v.y), double(v.z)); }
-Vec3f rounded(const Vec3d& v) { return Vec3f(float(v.x), float(v.y), float(v.z)); }
-
-// The translation is what takes the root itself, which stands at `rest` in the groom, to its place as
-// floats hold it: a turn about the far origin of the groom rounds by more than a face's triangles can
-// bear.
 Root triangle_root(const Simulation::State& s, std::uint32_t slot, float u, float v,
                    const Vec3f& rest) {
-    const std::uint32_t* corner = s.fields.mesh_triangle.data() + std::size_t{slot} * 3;
-    const auto mesh = s.fields.mesh_position;
-    const std::span<const float> now = s.mesh_next.span();
-    const Vec3f ra = vertex(mesh, corner[0]), rb = vertex(mesh, corner[1]),
-                rc = vertex(mesh, corner[2]);
-    const Vec3f na = vertex(now, corner[0]), nb = vertex(now, corner[1]),
-                nc = vertex(now, corner[2]);
-    const Vec4f turn =
-        product(triangle_rotation(na, nb, nc), conjugate(triangle_rotation(ra, rb, rc)));
-    const Vec3d from = barycentric_point(exact(ra), exact(rb), exact(rc), double(u), double(v)),
-                to = barycentric_point(exact(na), exact(nb), exact(nc), double(u), double(v));
-    // Then the asset's own motion.
-    const RigidTransform& body = s.motion_next;
-    const auto& origin = s.settings.origin;
-    const Vec3d beside = exact(rotate(turn, rounded(exact(rest) - from)));
-    const Vec3d place = rotate(rotation_of(body), to + beside) + translation_of(body) -
-                        Vec3d(origin[0], origin[1], origin[2]);
-    Root root;
-    root.rotation = unit_quaternion(product(relative(body, origin).rotation, turn));
-    root.translation = rounded(place - exact(rotate(root.rotation, rest)));
-    return root;
+    return keratin::triangle_root<float>(s.fields.mesh_triangle.data() + std::size_t{slot} * 3,
+                                         s.fields.mesh_position, s.mesh_next.span(), u, v,
+                                         s.motion_next, s.settings.origin, rest);
 }
 
 void write_lane(float* tile, std::size_t lane, const Root& r) {
@@ -115,7 +59,7 @@ void pose_bones(Simulation::State& s) {
 
 void skin_guides(Simulation::State& s) {
     if (s.shape.one_motion) {
-        const Root root = relative(s.motion_next, s.settings.origin);
+        const Root root = relative<float>(s.motion_next, s.settings.origin);
         for (std::size_t lane = 0; lane < kTileLanes; ++lane)
             write_lane(s.root_end.data(), lane, root);
         return;
@@ -155,7 +99,7 @@ void skin_guides(Simulation::State& s) {
 
 void skin_strands(Simulation::State& s) {
     if (s.shape.one_motion) {
-        const Root root = relative(s.motion_next, s.settings.origin);
+        const Root root = relative<float>(s.motion_next, s.settings.origin);
         const float v[kRootFloats] = {root.rotation.x,   root.rotation.y,    root.rotation.z,
                                       root.rotation.w,   root.translation.x, root.translation.y,
                                       root.translation.z};

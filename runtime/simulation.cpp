@@ -25,17 +25,10 @@ Result<RigidTransform> checked(const RigidTransform& t, const char* what) {
     return transform_of(unit, translation_of(t));
 }
 
-// Stored triangle of each source triangle.
-std::uint32_t slot_of(const AssetFields& fields, std::uint32_t source) {
-    if (fields.mesh_triangle_source.empty()) return source;
-    const auto at = std::ranges::lower_bound(fields.mesh_triangle_source, source);
-    return std::uint32_t(at - fields.mesh_triangle_source.begin());
-}
-
 Result<void> check_triangles(const AssetInfo& info, const AssetFields& fields,
                              std::span<const std::uint32_t> used) {
     for (std::uint32_t source : used) {
-        const std::uint32_t slot = slot_of(fields, source);
+        const std::uint32_t slot = stored_triangle(fields, source);
         if (slot >= info.triangle_count ||
             (!fields.mesh_triangle_source.empty() && fields.mesh_triangle_source[slot] != source))
             return Error{ErrorCode::input, "triangle " + std::to_string(source),
@@ -267,9 +260,9 @@ Result<Simulation> Simulation::create(const AssetInfo& info, const AssetFields& 
             s.quads[q].guides += fields.guide_point_count[q * kQuadLanes + l] > 0;
     }
     for (std::size_t i = 0; i < s.guide_triangle_slot.size(); ++i)
-        s.guide_triangle_slot[i] = slot_of(fields, fields.guide_triangle[i]);
+        s.guide_triangle_slot[i] = stored_triangle(fields, fields.guide_triangle[i]);
     for (std::size_t i = 0; i < s.strand_triangle_slot.size(); ++i)
-        s.strand_triangle_slot[i] = slot_of(fields, fields.strand_triangle[i]);
+        s.strand_triangle_slot[i] = stored_triangle(fields, fields.strand_triangle[i]);
     std::copy(fields.mesh_position.begin(), fields.mesh_position.begin() + s.mesh_next.size(),
               s.mesh_next.data());
     if (s.simulated()) mean_values(s);

@@ -4,8 +4,8 @@
 
 #include "runtime/buffers.h"
 #include "runtime/cpu/kernels.h"
+#include "runtime/root_transform.h"
 #include "runtime/simulation.h"
-#include "schema/formula/quaternion.h"
 
 #include <cstdint>
 #include <cstring>
@@ -15,26 +15,6 @@
 #include <vector>
 
 namespace keratin {
-
-using Vec3d = Vec3<double>;
-using Vec4d = Vec4<double>;
-using Vec3f = Vec3<float>;
-using Vec4f = Vec4<float>;
-
-inline Vec3d translation_of(const RigidTransform& t) {
-    return Vec3d(t.translation[0], t.translation[1], t.translation[2]);
-}
-inline Vec4d rotation_of(const RigidTransform& t) {
-    return Vec4d(t.rotation[0], t.rotation[1], t.rotation[2], t.rotation[3]);
-}
-inline RigidTransform transform_of(const Vec4d& q, const Vec3d& t) {
-    return {{t.x, t.y, t.z}, {q.x, q.y, q.z, q.w}};
-}
-// x -> a (b x)
-inline RigidTransform chained(const RigidTransform& a, const RigidTransform& b) {
-    return transform_of(product(rotation_of(a), rotation_of(b)),
-                        rotate(rotation_of(a), translation_of(b)) + translation_of(a));
-}
 
 // Memory aligned for any vector, zeroed, the host's where it lends some; never grows. Throws
 // std::bad_alloc.

@@ -100,20 +100,26 @@ std::array<double, 3> to_y_up(const std::array<double, 3>& p, UpAxis up) {
 
 }  // namespace
 
-void MeshFrames::at(double t, std::vector<float>& out) const {
+template <class Real>
+void MeshFrames::at(double t, std::vector<Real>& out) const {
     const auto after = std::upper_bound(time.begin(), time.end(), t);
+    const auto hold = [&](const std::vector<float>& frame) {
+        out.assign(frame.begin(), frame.end());
+    };
     if (after == time.begin()) {
-        out = position.front();
+        hold(position.front());
     } else if (after == time.end()) {
-        out = position.back();
+        hold(position.back());
     } else {
         const auto b = static_cast<std::size_t>(after - time.begin()), a = b - 1;
         const double share = (t - time[a]) / (time[b] - time[a]);
         out.resize(position[a].size());
         for (std::size_t i = 0; i < out.size(); ++i)
-            out[i] = static_cast<float>((1 - share) * position[a][i] + share * position[b][i]);
+            out[i] = static_cast<Real>((1 - share) * position[a][i] + share * position[b][i]);
     }
 }
+template void MeshFrames::at(double, std::vector<float>&) const;
+template void MeshFrames::at(double, std::vector<double>&) const;
 
 Result<MeshFrames> read_mesh_frames(const SceneAsset& asset, const AssetInfo& info) {
     MeshFrames out;

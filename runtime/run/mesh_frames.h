@@ -28,8 +28,9 @@ struct MeshFrames {
     std::vector<std::vector<float>> position;  // [frames][mesh_vertex_count * 3] m, asset space
 
     bool empty() const { return time.empty(); }
-    // Linear between frames, held outside; out has the size of one frame.
-    void at(double time, std::vector<float>& out) const;
+    // Linear between frames, held outside; out has the size of one frame. Of float and double.
+    template <class Real>
+    void at(double time, std::vector<Real>& out) const;
 };
 
 // Reads the mesh frames of `asset`. Vertices are numbered as the bake numbers them.

@@ -1,10 +1,8 @@
 // The `strand` solver over the assets of a scene: one Simulation an asset.
-#include "runtime/run/mesh_frames.h"
+#include "runtime/run/asset_body.h"
 #include "runtime/run/motion.h"
 #include "runtime/run/solver_run.h"
 #include "runtime/simulation.h"
-#include "schema/formula/frame.h"
-#include "tools/measure/energy.h"
 
 #include <nlohmann/json.hpp>
 
@@ -12,7 +10,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <numbers>
 
 namespace keratin {
 
@@ -29,8 +26,6 @@ std::array<float, 3> to_float(Point p) {
 }
 
 Point to_point(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
-
-CacheTransform to_cache(const RigidTransform& m) { return {m.translation, m.rotation}; }
 
 // A shape of the scene as the solver takes it.
 struct ToCollider {
@@ -93,71 +88,10 @@ Result<Settings> to_settings(const Scene& scene, const SceneAsset& asset,
     return out;
 }
 
-// One asset with its simulation and its motion.
-struct Body {
-    const SceneAsset* scene = nullptr;
-    AssetView asset;
+// One asset with its simulation.
+struct Body : AssetBody {
     Simulation simulation;
-    std::vector<const Motion*> bones;  // [bones of the asset], null: at rest
-    MeshFrames mesh;
-    std::vector<std::uint32_t> lanes;  // of the guides, ascending
-    std::uint32_t strand_count = 0;    // render strands in use
-    std::uint32_t first_guide = 0, first_guide_point = 0, first_render_point = 0;
-
-    std::uint32_t guide_points(std::size_t g) const {
-        return asset.fields().guide_point_count[lanes[g]];
-    }
 };
-
-Point guide_point(std::span<const float> position, const AssetFields& fields, std::uint32_t lane,
-                  std::uint32_t p) {
-    const std::size_t row = fields.tile_first_row[lane / kTileLanes] + p, l = lane % kTileLanes;
-    return {position[vector_index(row, 3, 0, l)], position[vector_index(row, 3, 1, l)],
-            position[vector_index(row, 3, 2, l)]};
-}
-
-// Adds the points of the guide's unloaded shape, the first segment as at rest: the rest edges, each in
-// the frame of the one before (METHODS 1.4).
-void add_unloaded(const AssetFields& fields, std::uint32_t lane, std::vector<Point>& out) {
-    const auto vector = [&](std::span<const float> field, std::uint32_t p) {
-        const Point v = guide_point(field, fields, lane, p);
-        return Vec3<double>(v.x, v.y, v.z);
-    };
-    Vec3<double> x = vector(fields.guide_position, 0);
-    Vec3<double> t = normalize_or(vector(fields.guide_position, 1) - x, Vec3<double>(0, 1, 0));
-    Vec3<double> u = orthonormal_director(t, vector(fields.guide_shape, 0));
-    out.push_back({x.x, x.y, x.z});
-    for (std::uint32_t p = 1; p < fields.guide_point_count[lane]; ++p) {
-        const Vec3<double> c = vector(fields.guide_shape, p), e = from_frame(t, u, c);
-        x += e;
-        out.push_back({x.x, x.y, x.z});
-        const Vec3<double> next = normalize_or(e, t);
-        u = transport_director(t, next, u);
-        t = next;
-    }
-}
-
-Result<std::vector<const Motion*>> match_bones(const SceneAsset& scene, const AssetInfo& info) {
-    std::vector<const Motion*> out(info.bones.size());
-    for (const BoneMotion& bone : scene.bones) {
-        const auto found = std::find(info.bones.begin(), info.bones.end(), bone.bone);
-        if (found == info.bones.end()) {
-            std::string known;
-            for (std::size_t b = 0; b < std::min<std::size_t>(info.bones.size(), 8); ++b)
-                known += (b ? ", " : "") + info.bones[b];
-            return Error{ErrorCode::input, scene.file,
-                         "the pose file moves the bone `" + bone.bone +
-                             "`, which the asset has "
-                             "not; " +
-                             (info.bones.empty() ? std::string("it has no bones")
-                                                 : "it has " + std::to_string(info.bones.size()) +
-                                                       " bones: " + known +
-                                                       (info.bones.size() > 8 ? ", ..." : ""))};
-        }
-        out[static_cast<std::size_t>(found - info.bones.begin())] = &bone.motion;
-    }
-    return out;
-}
 
 class StrandRun final : public SolverRun {
   public:
@@ -261,126 +195,38 @@ class StrandRun final : public SolverRun {
   private:
     Result<void> add_body(const SceneAsset& asset, const RunOptions& options);
     Result<void> set_inputs(double time, bool first);
-    void add_to_layout(Body& body);
 };
 
 Result<void> StrandRun::add_body(const SceneAsset& scene, const RunOptions& options) {
-    auto view = AssetView::open(scene.file);
-    if (!view) return view.error();
-    auto bones = match_bones(scene, view->info());
-    if (!bones) return bones.error();
+    auto body = open_body(scene);
+    if (!body) return body.error();
     auto settings = to_settings(scene_, scene, options);
     if (!settings) return settings.error();
-    MeshFrames mesh;
-    if (!scene.mesh_frames.empty()) {
-        if (view->info().mesh_vertex_count == 0)
-            return Error{ErrorCode::input, scene.file,
-                         "the scene moves the mesh, but the asset was not bound to one"};
-        auto frames = read_mesh_frames(scene, view->info());
-        if (!frames) return frames.error();
-        mesh = std::move(*frames);
-    }
-    auto simulation = Simulation::create(*view, *settings);
+    auto simulation = Simulation::create(body->asset, *settings);
     if (!simulation)
         return Error{simulation.error().code,
                      simulation.error().where.empty() ? scene.file : simulation.error().where,
                      simulation.error().message};
-    bodies_.push_back(Body{&scene,
-                           std::move(*view),
-                           std::move(*simulation),
-                           std::move(*bones),
-                           std::move(mesh),
-                           {},
-                           0,
-                           0,
-                           0,
-                           0});
-    add_to_layout(bodies_.back());
+    bodies_.push_back(Body{std::move(*body), std::move(*simulation)});
+    Body& added = bodies_.back();
+    const bool by_triangle = added.asset.info().attach == Attach::triangle;
+    if (added.simulation.guides().position.empty())
+        skip_guides(added, layout_);
+    else
+        add_guides(added, by_triangle ? 1 : 2, layout_);
+    add_render_strands(added, added.simulation.strands().strand_count, layout_);
     return {};
 }
 
-void StrandRun::add_to_layout(Body& body) {
-    const AssetInfo& info = body.asset.info();
-    const AssetFields& fields = body.asset.fields();
-    CacheHead& head = layout_.head;
-    body.first_guide = static_cast<std::uint32_t>(head.guide_lane.size());
-    body.first_guide_point = head.guide_first_point.back();
-    body.first_render_point = head.strand_first_point.back();
-    body.strand_count = body.simulation.strands().strand_count;
-    const bool simulated = !body.simulation.guides().position.empty();
-    if (simulated)
-        for (std::uint32_t lane = 0; lane < fields.guide_point_count.size(); ++lane)
-            if (fields.guide_point_count[lane] > 0) body.lanes.push_back(lane);
-
-    for (std::size_t g = 0; g < body.lanes.size(); ++g) {
-        const std::uint32_t lane = body.lanes[g];
-        const GroupInfo& group = info.groups[fields.guide_group[lane]];
-        const double r1 = group.material.radius, r2 = group.material.radius2;
-        const double area = std::numbers::pi * r1 * r2;
-        for (std::uint32_t p = 0; p < body.guide_points(g); ++p)
-            layout_.rest.push_back(guide_point(fields.guide_position, fields, lane, p));
-        add_unloaded(fields, lane, layout_.unloaded);
-        head.guide_lane.push_back(lane);
-        head.guide_first_point.push_back(static_cast<std::uint32_t>(layout_.rest.size()));
-        layout_.stretch_stiffness.push_back(group.material.youngs_modulus * area);
-        // The mean of both axes' EI: the strand solver has no twist to tell them apart.
-        layout_.bend_stiffness.push_back(group.material.youngs_modulus * area *
-                                         (r1 * r1 + r2 * r2) / 8);
-        const std::uint32_t held = info.attach == Attach::triangle ? 1 : 2;
-        layout_.held_points.push_back(held);
-        layout_.degrees_of_freedom +=
-            3u * (body.guide_points(g) - std::min(held, body.guide_points(g)));
-        const std::vector<std::uint32_t> first{
-            0, head.guide_first_point.back() - head.guide_first_point[head.guide_lane.size() - 1]};
-        const std::vector<double> line_density{group.material.density * area};
-        const auto mass =
-            measure::lumped_masses({first, std::span(layout_.rest).last(first[1])}, line_density);
-        layout_.mass.insert(layout_.mass.end(), mass.begin(), mass.end());
-    }
-    for (std::uint32_t s = 0; s < body.strand_count; ++s) {
-        head.strand_first_point.push_back(body.first_render_point +
-                                          fields.strand_first_point[s + 1]);
-        head.strand_radius.push_back(fields.strand_radius.empty()
-                                         ? info.groups[fields.strand_group[s]].material.radius
-                                         : fields.strand_radius[s]);
-        layout_.id.push_back(fields.strand_id[s]);
-        if (!fields.strand_uv.empty()) {
-            layout_.uv.push_back(fields.strand_uv[2 * s]);
-            layout_.uv.push_back(fields.strand_uv[2 * s + 1]);
-        }
-    }
-    const std::size_t before =
-        head.assets.empty() ? 0 : head.assets.back().first_strand + head.assets.back().strand_count;
-    head.assets.push_back({body.scene->file, info.file_hash, body.first_guide,
-                           static_cast<std::uint32_t>(body.lanes.size()),
-                           static_cast<std::uint32_t>(before), body.strand_count});
-}
-
 Result<void> StrandRun::set_inputs(double time, bool first) {
-    std::vector<RigidTransform> bones;
-    std::vector<float> mesh;
     for (Body& body : bodies_) {
-        const auto refuse = [&](const Result<void>& result) {
-            return Error{result.error().code, body.scene->file, result.error().message};
-        };
-        Simulation& simulation = body.simulation;
-        if (auto ok = simulation.set_motion(pose_at(body.scene->motion, time)); !ok)
-            return refuse(ok);
-        if (!body.scene->bones.empty()) {
-            bones.clear();
-            for (const Motion* motion : body.bones)
-                bones.push_back(motion ? pose_at(*motion, time) : RigidTransform{});
-            if (auto ok = simulation.set_bones(bones); !ok) return refuse(ok);
-        }
-        if (!body.mesh.empty()) {
-            body.mesh.at(time, mesh);
-            if (auto ok = simulation.set_mesh(mesh); !ok) return refuse(ok);
-        }
+        if (auto ok = set_body_inputs(body, time, body.simulation); !ok) return ok;
         for (std::size_t c = 0; c < scene_.colliders.size(); ++c)
-            if (auto ok = simulation.set_collider(c, pose_at(scene_.colliders[c].motion, time));
+            if (auto ok =
+                    body.simulation.set_collider(c, pose_at(scene_.colliders[c].motion, time));
                 !ok)
-                return refuse(ok);
-        if (first) simulation.reset();
+                return Error{ok.error().code, body.scene->file, ok.error().message};
+        if (first) body.simulation.reset();
     }
     return {};
 }
@@ -427,7 +273,6 @@ void StrandRun::look(RunState& out) const {
     for (const Body& body : bodies_) {
         const AssetFields& fields = body.asset.fields();
         const GuideView guides = body.simulation.guides();
-        const RigidTransform motion = pose_at(body.scene->motion, now);
         for (std::size_t g = 0; g < body.lanes.size(); ++g) {
             const measure::Rigid root = to_rigid(body.simulation.guide_root(body.lanes[g]));
             out.root.push_back(root);
@@ -446,35 +291,13 @@ void StrandRun::look(RunState& out) const {
             out.strand_position.end(), strands.position.begin(),
             strands.position.begin() + static_cast<std::ptrdiff_t>(3 * points));
 
-        CacheBody cached{to_cache(motion), {}, {}};
-        std::vector<RigidTransform> bones(body.asset.info().bones.size());
-        for (std::size_t b = 0; b < bones.size(); ++b)
-            if (body.bones[b]) bones[b] = pose_at(*body.bones[b], now);
-        for (const RigidTransform& bone : bones) cached.bones.push_back(to_cache(bone));
-        if (!body.mesh.empty() && !fields.mesh_position.empty()) {
-            std::vector<float> mesh;
-            body.mesh.at(now, mesh);
-            const std::size_t count = fields.mesh_position.size() / 3;
-            for (std::size_t v = 0; v < count; ++v) {
-                const std::size_t source =
-                    fields.mesh_vertex_source.empty() ? v : fields.mesh_vertex_source[v];
-                const Point p =
-                    measure::apply(to_rigid(motion),
-                                   {mesh[3 * source], mesh[3 * source + 1], mesh[3 * source + 2]});
-                for (const float c : to_float(p)) cached.mesh_position.push_back(c);
-            }
-        }
-        out.bodies.push_back(std::move(cached));
+        out.bodies.push_back(cache_body(body, now));
         // A distance grid takes the place of the fitted shapes (asset_collider_count).
         if (!body.simulation.settings().asset_colliders ||
             body.asset.info().distance_grid.stored_bricks > 0)
             continue;
-        for (const AssetCollider& collider : body.asset.info().colliders) {
-            const RigidTransform carried =
-                bones.empty() ? motion : compose(motion, bones[collider.bone]);
-            out.colliders.push_back(
-                to_cache(CapsuleCollider{collider.a, collider.b, collider.radius}, carried));
-        }
+        for (const CacheCollider& collider : cache_asset_colliders(body, now))
+            out.colliders.push_back(collider);
     }
 }
 
