@@ -406,6 +406,37 @@ void Simulation::teleport(Velocity velocity) {
     stand_still(s);
 }
 
+Result<void> Simulation::show(std::span<const float> position) {
+    State& s = *state_;
+    if (position.size() != s.position.size())
+        return Error{ErrorCode::input, "guides",
+                     std::to_string(position.size()) + " coordinates for " +
+                         std::to_string(s.position.size())};
+    keep_strands(s);
+    pose_bones(s);
+    if (s.simulated()) {
+        skin_guides(s);
+        std::copy(s.root_end.span().begin(), s.root_end.span().end(), s.root_begin.data());
+        for (std::size_t lane = 0; lane < s.fields.guide_point_count.size(); ++lane) {
+            const std::size_t first = s.tile_row(lane / kTileLanes);
+            put_to_rest(s, lane / kTileLanes, lane % kTileLanes);
+            for (std::uint32_t p = 0; p < s.fields.guide_point_count[lane]; ++p)
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const std::size_t at = vector_index(first + p, 3, c, lane % kTileLanes);
+                    s.position[at] = s.previous[at] = position[at];
+                }
+        }
+        measure_quads(s);
+    }
+    if (s.strand_root.size() > 0) skin_strands(s);
+    write_strands(s);
+    s.motion_now = s.motion_next;
+    s.bones_now = s.bones_next;
+    s.collider_now = s.collider_next;
+    s.written_count = s.strand_count;
+    return {};
+}
+
 const std::array<double, 3>& Simulation::origin() const { return state_->settings.origin; }
 
 void Simulation::set_origin(const std::array<double, 3>& origin) {

@@ -130,6 +130,11 @@ class Simulation {
     // Jumps to the inputs set since the last step: every strand is carried rigidly with its root
     // and keeps its shape; velocities are turned along or dropped. Time does not pass.
     void teleport(Velocity velocity);
+    // Shows what another solver does with the guides: they stand where it has them, at rest, on the
+    // inputs set since the last step, and the render strands follow. Time does not pass.
+    //   position  [rows * 16 * 3] m, as guides(); rows below a tip and empty lanes are not read
+    // Errors (input): another count.
+    Result<void> show(std::span<const float> position);
 
     // The point that positions count from, in the world. Moving it by a whole number of metres that
     // float can hold changes no strand by more than rounding.

@@ -1,6 +1,8 @@
-// The `rod` solver over the explicit strands of a scene.
+// The `rod` solver over a scene: the guides of its assets, in their order, then its explicit
+// strands.
 #include "runtime/contact/strand_contact.h"
 #include "runtime/rod/rod_simulation.h"
+#include "runtime/run/asset_body.h"
 #include "runtime/run/mesh_frames.h"
 #include "runtime/run/motion.h"
 #include "runtime/run/solver_run.h"
@@ -9,8 +11,10 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cassert>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <numbers>
 
@@ -82,6 +86,24 @@ RodStrand to_rod(const SceneStrand& in) {
     return out;
 }
 
+// A guide as a rod: clamped at its root point, along its first segment, with the root frame's
+// director u as m_1 (METHODS 2.2, convention A). Its rest shape is the groom.
+RodStrand to_rod(const AssetBody& body, std::uint32_t lane, const RigidTransform& root) {
+    const AssetFields& fields = body.asset.fields();
+    const measure::Rigid carry = to_rigid(root);
+    RodStrand out;
+    for (std::uint32_t p = 0; p < fields.guide_point_count[lane]; ++p)
+        out.points.push_back(
+            to_double3(apply(carry, guide_point(fields.guide_position, fields, lane, p))));
+    const Material& m = body.asset.info().groups[fields.guide_group[lane]].material;
+    out.material = {{m.radius, m.radius2}, m.density,   m.youngs_modulus,
+                    m.poisson_ratio,       m.viscosity, 0};
+    out.root = RodEnd::clamped;
+    out.root_frame.normal =
+        to_double3(turn(carry, guide_point(fields.guide_shape, fields, lane, 0)));
+    return out;
+}
+
 RodSettings to_settings(const Scene& scene, const RunOptions& options) {
     RodSettings out;
     out.gravity = scene.gravity;
@@ -109,12 +131,33 @@ ContactSettings to_contact(const Scene& scene, const RunOptions& options) {
 }
 
 // Numbers that nothing prescribes: three a vertex and one an edge, less those of held ends.
-std::uint64_t free_numbers(const SceneStrand& strand) {
-    const std::uint64_t vertices = strand.points.size();
+std::uint64_t free_numbers(std::uint64_t vertices, EndKind root, EndKind tip) {
     const auto held = [](EndKind kind) -> std::uint64_t {
         return kind == EndKind::free ? 0 : kind == EndKind::clamped_two_points ? 7 : 3;
     };
-    return 4 * vertices - 1 - std::min(4 * vertices - 1, held(strand.root) + held(strand.tip));
+    return 4 * vertices - 1 - std::min(4 * vertices - 1, held(root) + held(tip));
+}
+
+// An asset whose guides are rods.
+struct RodBody : AssetBody {
+    std::size_t first_rod = 0;
+    std::vector<RigidTransform> root;  // [guides] at root_time
+    double root_time = 0;
+    // Carries the render strands along with the guides; none: they are left out.
+    std::unique_ptr<Simulation> follower;
+    std::string no_follower;  // why
+};
+
+// The simulation that carries the render strands: nothing but roots and interpolation.
+Result<Simulation> make_follower(const AssetBody& body, const RunOptions& options) {
+    Settings settings;
+    settings.threads = options.threads;
+    settings.lod = static_cast<float>(body.scene->lod);
+    settings.asset_colliders = false;
+    PassSwitches& passes = settings.passes;
+    passes.grid_friction = passes.grid_volume = passes.stretch = passes.local_shape =
+        passes.global_length = passes.collision = false;
+    return Simulation::create(body.asset, settings);
 }
 
 class RodRun final : public SolverRun {
@@ -134,12 +177,23 @@ class RodRun final : public SolverRun {
     Result<void> load(std::span<const std::byte> state, double time) override;
 
   private:
+    Result<void> add_body(const SceneAsset& asset, const RunOptions& options,
+                          std::vector<RodStrand>& strands);
     Result<void> add_colliders(std::vector<ContactCollider>& out);
+    Result<void> add_asset_colliders(std::vector<ContactCollider>& out);
     void add_to_layout(const SceneStrand& strand, std::size_t index);
     std::vector<std::pair<std::string, std::string>> left_out() const;
+    std::string place(const std::string& where) const;
+    Result<void> move_guides(double t0, double t1);
+    Result<void> move_ends(double t0, double t1);
+    void look_at(const RodBody& body, RunState& out, double& elastic) const;
+    bool has_colliders() const;
+    std::uint64_t follower_bytes() const;
 
     Scene scene_;
     RunLayout layout_;
+    std::vector<RodBody> bodies_;
+    std::size_t first_explicit_ = 0;  // rod of the scene's first explicit strand
     std::vector<std::unique_ptr<TriangleTree>> meshes_;
     std::unique_ptr<RodSimulation> rods_;
     std::unique_ptr<StrandContact> contact_;
@@ -149,50 +203,105 @@ class RodRun final : public SolverRun {
 };
 
 Result<void> RodRun::set_up(const RunOptions& options) {
-    if (!scene_.assets.empty())
-        return Error{
-            ErrorCode::unsupported, scene_.file + ": assets",
-            "the rod solver runs the explicit strands of a scene; write \"strands\": [ ... "
-            "] or \"solver\": \"strand\""};
     if (scene_.wind.gust > 0 || scene_.wind.turbulence > 0)
         return Error{ErrorCode::unsupported, scene_.file + ": wind",
                      "the rod solver knows steady wind only; leave out gust and turbulence"};
     keep_convergence_ = options.convergence;
-    std::vector<RodStrand> strands;
-    for (const SceneStrand& strand : scene_.strands) strands.push_back(to_rod(strand));
-    auto rods = RodSimulation::create(strands, to_settings(scene_, options));
-    if (!rods)
-        return Error{rods.error().code, scene_.file + ": " + rods.error().where,
-                     rods.error().message};
-    rods_ = std::make_unique<RodSimulation>(std::move(*rods));
-    if (scene_.settings.contact != "none") {
-        std::vector<ContactCollider> colliders;
-        if (auto ok = add_colliders(colliders); !ok) return ok;
-        contact_ =
-            std::make_unique<StrandContact>(to_contact(scene_, options), std::move(colliders));
-        rods_->attach_contact(contact_.get());
-    }
     layout_.head.tool_version = options.tool_version;
     layout_.head.solver = "rod";
     layout_.head.scene = scene_.file;
     layout_.head.frame = scene_.frame;
     layout_.head.guide_first_point = {0};
+    layout_.head.strand_first_point = {0};
+    std::vector<RodStrand> strands;
+    bodies_.reserve(scene_.assets.size());  // colliders point to them
+    for (const SceneAsset& asset : scene_.assets)
+        if (auto ok = add_body(asset, options, strands); !ok) return ok;
+    first_explicit_ = strands.size();
+    for (const SceneStrand& strand : scene_.strands) strands.push_back(to_rod(strand));
+    auto rods = RodSimulation::create(strands, to_settings(scene_, options));
+    if (!rods) return Error{rods.error().code, place(rods.error().where), rods.error().message};
+    rods_ = std::make_unique<RodSimulation>(std::move(*rods));
+    if (scene_.settings.contact != "none") {
+        std::vector<ContactCollider> colliders;
+        if (auto ok = add_colliders(colliders); !ok) return ok;
+        if (auto ok = add_asset_colliders(colliders); !ok) return ok;
+        contact_ =
+            std::make_unique<StrandContact>(to_contact(scene_, options), std::move(colliders));
+        rods_->attach_contact(contact_.get());
+    }
     for (std::size_t s = 0; s < scene_.strands.size(); ++s) add_to_layout(scene_.strands[s], s);
-    layout_.head.strand_first_point = layout_.head.guide_first_point;
+    // The rest shape of a rod is its own; texture coordinates are of all strands or of none.
+    layout_.unloaded.clear();
+    if (layout_.uv.size() != 2 * layout_.id.size()) layout_.uv.clear();
+    return {};
+}
+
+// "strands[3].points[1]" of the rods as the user knows it: the guide of an asset or the scene's
+// strand.
+std::string RodRun::place(const std::string& where) const {
+    const std::string_view list = "strands[";
+    if (where.compare(0, list.size(), list) != 0) return scene_.file + ": " + where;
+    const std::size_t rod = std::strtoull(where.c_str() + list.size(), nullptr, 10);
+    const std::string rest = where.substr(where.find(']') + 1);
+    for (const RodBody& body : bodies_)
+        if (rod >= body.first_rod && rod < body.first_rod + body.lanes.size())
+            return body.scene->file + ": guide " +
+                   std::to_string(body.lanes[rod - body.first_rod]) + rest;
+    return scene_.file + ": strands[" + std::to_string(rod - first_explicit_) + "]" + rest;
+}
+
+Result<void> RodRun::add_body(const SceneAsset& scene, const RunOptions& options,
+                              std::vector<RodStrand>& strands) {
+    auto opened = open_body(scene);
+    if (!opened) return opened.error();
+    bodies_.push_back(RodBody{std::move(*opened), strands.size(), {}, 0, nullptr, {}});
+    RodBody& body = bodies_.back();
+    if (body.asset.info().attach == Attach::all)
+        return Error{
+            ErrorCode::unsupported, scene.file,
+            "every point follows its root (\"attach\": \"all\" in the recipe), which leaves "
+            "the rod solver nothing to simulate; bake it with \"attach\": \"bone\" or "
+            "\"triangle\", or run the strand solver"};
+    const std::uint64_t numbers = layout_.degrees_of_freedom;
+    add_guides(body, 1, layout_);
+    layout_.degrees_of_freedom = numbers;
+    guide_roots(body, 0, body.root);
+    for (std::size_t g = 0; g < body.lanes.size(); ++g) {
+        strands.push_back(to_rod(body, body.lanes[g], body.root[g]));
+        const auto& radii = strands.back().material.radii;
+        layout_.thickness.push_back(std::max(radii[0], radii[1]));
+        layout_.degrees_of_freedom +=
+            free_numbers(body.guide_points(g), EndKind::clamped, EndKind::free);
+    }
+    if (scene_.settings.interpolation.value_or(true)) {
+        auto follower = make_follower(body, options);
+        if (follower)
+            body.follower = std::make_unique<Simulation>(std::move(*follower));
+        else if (follower.error().code == ErrorCode::unsupported)
+            body.no_follower = to_string(follower.error());
+        else
+            return Error{follower.error().code, scene.file, to_string(follower.error())};
+    } else {
+        body.no_follower = "switched off in the settings";
+    }
+    add_render_strands(body, body.follower ? body.follower->strands().strand_count : 0, layout_);
     return {};
 }
 
 void RodRun::add_to_layout(const SceneStrand& strand, std::size_t s) {
     const auto& rest = strand.rest_points.empty() ? strand.points : strand.rest_points;
+    CacheHead& head = layout_.head;
     for (const Double3& p : rest) layout_.rest.push_back(to_point(p));
-    layout_.head.guide_first_point.push_back(static_cast<std::uint32_t>(layout_.rest.size()));
-    layout_.head.guide_lane.push_back(kNoStrand);
-    layout_.head.strand_radius.push_back(
-        static_cast<float>(std::max(strand.radii[0], strand.radii[1])));
+    head.guide_first_point.push_back(static_cast<std::uint32_t>(layout_.rest.size()));
+    head.guide_lane.push_back(kNoStrand);
+    head.strand_first_point.push_back(head.strand_first_point.back() +
+                                      static_cast<std::uint32_t>(rest.size()));
+    head.strand_radius.push_back(static_cast<float>(std::max(strand.radii[0], strand.radii[1])));
     layout_.thickness.push_back(std::max(strand.radii[0], strand.radii[1]));
     layout_.id.push_back(static_cast<std::uint32_t>(s));
-    for (std::size_t v = 0; v < rods_->vertex_count(s); ++v)
-        layout_.mass.push_back(rods_->vertex_mass(s, v));
+    for (std::size_t v = 0; v < rods_->vertex_count(first_explicit_ + s); ++v)
+        layout_.mass.push_back(rods_->vertex_mass(first_explicit_ + s, v));
     const double area = std::numbers::pi * strand.radii[0] * strand.radii[1];
     layout_.stretch_stiffness.push_back(strand.youngs_modulus * area);
     layout_.bend_stiffness.push_back(
@@ -201,7 +310,7 @@ void RodRun::add_to_layout(const SceneStrand& strand, std::size_t s) {
     layout_.held_points.push_back(strand.root == EndKind::free                 ? 0
                                   : strand.root == EndKind::clamped_two_points ? 2
                                                                                : 1);
-    layout_.degrees_of_freedom += free_numbers(strand);
+    layout_.degrees_of_freedom += free_numbers(strand.points.size(), strand.root, strand.tip);
 }
 
 Result<void> RodRun::add_colliders(std::vector<ContactCollider>& out) {
@@ -248,13 +357,60 @@ Result<void> RodRun::add_colliders(std::vector<ContactCollider>& out) {
     return {};
 }
 
+// The fitted shapes of the assets, carried by their bones.
+Result<void> RodRun::add_asset_colliders(std::vector<ContactCollider>& out) {
+    const Settings as_strands;
+    for (const RodBody& body : bodies_) {
+        const AssetInfo& info = body.asset.info();
+        if (info.distance_grid.stored_bricks > 0)
+            return Error{
+                ErrorCode::unsupported, body.scene->file,
+                "the rod solver's contact does not take the distance grid of an asset; bake "
+                "it without \"distance_grid\" (fitted colliders, \"colliders\": \"fit\", are "
+                "taken) or write \"settings\": { \"contact\": \"none\" } in the scene"};
+        for (const AssetCollider& in : info.colliders) {
+            const Vector3 a{in.a[0], in.a[1], in.a[2]}, b{in.b[0], in.b[1], in.b[2]};
+            const bool sphere = in.a == in.b;
+            out.push_back({{sphere ? ShapeKind::sphere : ShapeKind::capsule, a,
+                            sphere ? Vector3{0, 0, 0} : b, in.radius, nullptr},
+                           as_strands.asset_collider_friction,
+                           as_strands.asset_collider_distance,
+                           [&body, bone = in.bone](double time) {
+                               const RigidTransform motion = pose_at(body.scene->motion, time);
+                               const Motion* own = body.bones.empty() ? nullptr : body.bones[bone];
+                               const RigidTransform m =
+                                   own ? compose(motion, pose_at(*own, time)) : motion;
+                               return make_pose(m.rotation[0], m.rotation[1], m.rotation[2],
+                                                m.rotation[3], to_vector3(m.translation));
+                           }});
+        }
+    }
+    return {};
+}
+
+bool RodRun::has_colliders() const {
+    return !scene_.colliders.empty() ||
+           std::any_of(bodies_.begin(), bodies_.end(),
+                       [](const RodBody& body) { return !body.asset.info().colliders.empty(); });
+}
+
 std::vector<std::pair<std::string, std::string>> RodRun::left_out() const {
     std::vector<std::pair<std::string, std::string>> out;
     if (!contact_)
         for (const char* part : {"collision_detection", "contact_bookkeeping", "impulse_solve"})
             out.emplace_back(part, "settings.contact is none");
-    else if (scene_.colliders.empty())
-        out.emplace_back("contact with colliders", "the scene has no colliders");
+    else if (!has_colliders())
+        out.emplace_back("contact with colliders", "there are no colliders");
+    for (const RodBody& body : bodies_)
+        if (!body.follower)
+            out.emplace_back("interpolate", body.scene->file + ": " + body.no_follower);
+    if (!bodies_.empty()) {
+        out.emplace_back("damping, friction, volume, iterations, length of a recipe's \"strand\"",
+                         "they are the strand solver's; rods have the recipe's material");
+        const Double3& wind = scene_.wind.velocity;
+        if (wind[0] != 0 || wind[1] != 0 || wind[2] != 0)
+            out.emplace_back("wind on the guides of assets", "an asset knows no air_drag");
+    }
     return out;
 }
 
@@ -281,16 +437,45 @@ void RodRun::plan(Json& out) const {
     if (contact_)
         for (const char* part : {"collision_detection", "contact_bookkeeping", "impulse_solve"})
             passes.push_back({{"name", part}});
+    Json buffers = Json::array({{{"name", "strands"}, {"bytes", rods_->stats().bytes}}});
+    if (const std::uint64_t bytes = follower_bytes(); bytes > 0) {
+        passes.push_back({{"name", "interpolate"}});
+        buffers.push_back({{"name", "render_strands"}, {"bytes", bytes}});
+    }
     for (const auto& [name, reason] : left_out())
         left.push_back({{"name", name}, {"reason", reason}});
     out = Json::array();
-    out.push_back(
-        {{"passes", passes},
-         {"buffers", Json::array({{{"name", "strands"}, {"bytes", rods_->stats().bytes}}})},
-         {"left_out", left}});
+    out.push_back({{"passes", passes}, {"buffers", buffers}, {"left_out", left}});
 }
 
-Result<void> RodRun::step(double t0, double t1) {
+std::uint64_t RodRun::follower_bytes() const {
+    std::uint64_t bytes = 0;
+    for (const RodBody& body : bodies_)
+        if (body.follower) bytes += body.follower->plan().total_bytes();
+    return bytes;
+}
+
+// The roots of guides, from where they were at t0 to where they shall be at t1.
+Result<void> RodRun::move_guides(double t0, double t1) {
+    std::vector<RigidTransform> next;
+    for (RodBody& body : bodies_) {
+        if (body.root_time != t0) guide_roots(body, t0, body.root);
+        guide_roots(body, t1, next);
+        for (std::size_t g = 0; g < next.size(); ++g) {
+            const Point root = layout_.rest[layout_.head.guide_first_point[body.first_guide + g]];
+            const RodEndTarget target{to_double3(apply(to_rigid(next[g]), root)),
+                                      turn_between(body.root[g].rotation, next[g].rotation)};
+            if (auto ok = rods_->move_root(body.first_rod + g, target); !ok)
+                return Error{ok.error().code, place(ok.error().where), ok.error().message};
+        }
+        body.root.swap(next);
+        body.root_time = t1;
+    }
+    return {};
+}
+
+// The held ends of explicit strands.
+Result<void> RodRun::move_ends(double t0, double t1) {
     for (std::size_t s = 0; s < scene_.strands.size(); ++s) {
         const SceneStrand& strand = scene_.strands[s];
         const auto target = [&](const Motion& motion, const Double3& point) {
@@ -300,13 +485,21 @@ Result<void> RodRun::step(double t0, double t1) {
         };
         Result<void> ok;
         if (!strand.motion.empty())
-            ok = rods_->move_root(s, target(strand.motion, strand.points.front()));
+            ok =
+                rods_->move_root(first_explicit_ + s, target(strand.motion, strand.points.front()));
         if (ok && !strand.tip_motion.empty())
-            ok = rods_->move_tip(s, target(strand.tip_motion, strand.points.back()));
+            ok = rods_->move_tip(first_explicit_ + s,
+                                 target(strand.tip_motion, strand.points.back()));
         if (!ok)
             return Error{ok.error().code, scene_.file + ": strands[" + std::to_string(s) + "]",
                          ok.error().message};
     }
+    return {};
+}
+
+Result<void> RodRun::step(double t0, double t1) {
+    if (auto ok = move_guides(t0, t1); !ok) return ok;
+    if (auto ok = move_ends(t0, t1); !ok) return ok;
     const auto begin = std::chrono::steady_clock::now();
     auto report = rods_->step(t1 - t0);
     seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -321,20 +514,55 @@ Result<void> RodRun::step(double t0, double t1) {
     return {};
 }
 
+void RodRun::look_at(const RodBody& body, RunState& out, double& elastic) const {
+    const AssetFields& fields = body.asset.fields();
+    // as Simulation::show takes them
+    std::vector<float> rows(body.follower ? fields.guide_position.size() : 0);
+    for (std::size_t g = 0; g < body.lanes.size(); ++g) {
+        const std::uint32_t lane = body.lanes[g];
+        const std::size_t first = fields.tile_first_row[lane / kTileLanes],
+                          rod = body.first_rod + g;
+        const measure::Rigid root = to_rigid(body.root[g]);
+        out.root.push_back(root);
+        for (std::size_t p = 0; p < rods_->vertex_count(rod); ++p) {
+            const Double3 x = rods_->position(rod, p);
+            out.position.push_back(to_point(x));
+            out.velocity.push_back(to_point(rods_->velocity(rod, p)));
+            out.rigid.push_back(apply(root, layout_.rest[out.position.size() - 1]));
+            if (!body.follower) continue;
+            for (std::size_t c = 0; c < 3; ++c)
+                rows[vector_index(first + p, 3, c, lane % kTileLanes)] = static_cast<float>(x[c]);
+        }
+        elastic += rods_->energy(rod).elastic();
+    }
+    out.bodies.push_back(cache_body(body, time_));
+    if (!body.follower) return;
+    // Motions were finite and the sizes fit when the run was set up.
+    [[maybe_unused]] Result<void> ok = set_body_inputs(body, time_, *body.follower);
+    if (ok) ok = body.follower->show(rows);
+    assert(ok);
+    const StrandView strands = body.follower->strands();
+    const std::size_t points = fields.strand_first_point[body.strand_count];
+    out.strand_position.insert(out.strand_position.end(), strands.position.begin(),
+                               strands.position.begin() + static_cast<std::ptrdiff_t>(3 * points));
+}
+
 void RodRun::look(RunState& out) const {
     out = {};
     double elastic = 0;
+    for (const RodBody& body : bodies_) look_at(body, out, elastic);
     for (std::size_t s = 0; s < scene_.strands.size(); ++s) {
         const SceneStrand& strand = scene_.strands[s];
+        const std::size_t rod = first_explicit_ + s;
         const measure::Rigid pose = to_rigid(pose_at(strand.motion, time_));
         out.root.push_back(pose);
-        for (const Double3& x : rods_->points(s)) {
+        for (const Double3& x : rods_->points(rod)) {
             out.position.push_back(to_point(x));
             for (const double c : x) out.strand_position.push_back(static_cast<float>(c));
         }
-        for (const Double3& v : rods_->velocities(s)) out.velocity.push_back(to_point(v));
+        for (const Double3& v : rods_->velocities(rod)) out.velocity.push_back(to_point(v));
         for (const Double3& x : strand.points) out.rigid.push_back(apply(pose, to_point(x)));
-        elastic += rods_->energy(s).elastic();
+        elastic += rods_->energy(rod).elastic();
     }
     out.elastic = elastic;
     for (const SceneCollider& in : scene_.colliders) {
@@ -367,6 +595,10 @@ void RodRun::look(RunState& out) const {
                                      to_float(to_point(box->half_size)), 0, rotation});
     }
     out.scene_colliders = out.colliders.size();
+    if (!contact_) return;
+    for (const RodBody& body : bodies_)
+        for (const CacheCollider& collider : cache_asset_colliders(body, time_))
+            out.colliders.push_back(collider);
 }
 
 void RodRun::statistics(Json& out) const {
@@ -374,7 +606,10 @@ void RodRun::statistics(Json& out) const {
     const auto each_step = [&](double sum) {
         return steps_ ? sum / static_cast<double>(steps_) : 0;
     };
-    out["bytes"] = {{"strands", stats.bytes}, {"total", stats.bytes}};
+    const std::uint64_t followers = follower_bytes();
+    out["bytes"] = {{"strands", stats.bytes}};
+    if (followers > 0) out["bytes"]["render_strands"] = followers;
+    out["bytes"]["total"] = stats.bytes + followers;
     out["seconds"] = {{"total", seconds_},
                       {"prepare", stats.prepare},
                       {"dynamics", stats.dynamics},
@@ -387,7 +622,7 @@ void RodRun::statistics(Json& out) const {
     out["iterations_mean"] =
         contact_ ? each_step(static_cast<double>(contact_iterations_))
                  : each_step(static_cast<double>(stats.strand_iterations) /
-                             static_cast<double>(std::max<std::size_t>(1, scene_.strands.size())));
+                             static_cast<double>(std::max<std::size_t>(1, rods_->strand_count())));
     out["health"] = {{"strands_lost", lost_}, {"hessians_indefinite", indefinite_}};
     if (contact_) {
         const ContactTotals& totals = contact_->totals();
@@ -419,7 +654,7 @@ void RodRun::statistics(Json& out) const {
 
 std::string RodRun::hash() const {
     std::vector<Double3> all;
-    for (std::size_t s = 0; s < scene_.strands.size(); ++s)
+    for (std::size_t s = 0; s < rods_->strand_count(); ++s)
         for (const Double3& x : rods_->points(s)) all.push_back(x);
     return to_string(hash_bytes(std::as_bytes(std::span(all)))).substr(0, 16);
 }
@@ -469,6 +704,10 @@ Result<void> RodRun::load(std::span<const std::byte> state, double time) {
     }
     if (contact_) contact_->remember(remembered);
     time_ = time;
+    for (RodBody& body : bodies_) {
+        guide_roots(body, time, body.root);
+        body.root_time = time;
+    }
     return {};
 }
 

@@ -463,8 +463,7 @@ TEST_CASE("what the rod solver does not do is refused with what to write instead
         std::string scene, message;
     };
     const Case cases[] = {
-        {R"({ "solver": "rod", "assets": [{ "file": "head.kera" }] })",
-         "s.json: assets: the rod solver runs the explicit strands of a scene"},
+        {R"({ "solver": "rod", "assets": [{ "file": "gone.kera" }] })", "gone.kera: "},
         {R"({ "solver": "rod", "wind": { "gust": 0.5 }, "strands": [{ "points": [[0,0,0],[1,0,0]] }] })",
          "s.json: wind: the rod solver knows steady wind only"},
         {R"({ "solver": "rod", "strands": [{ "points": [[0,0,0],[1,0,0]] }],
