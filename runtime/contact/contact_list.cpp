@@ -122,7 +122,17 @@ std::size_t refresh_contacts(const ContactStrands& strands, std::span<const Movi
             t = 0;
             s = closest_on_segment(q1.a, p1.a, p1.b);
         } else {
-            const SegmentPair<double> pair = closest_segments(p1.a, p1.b, q1.a, q1.b);
+            // What another part of the edge has is another contact's.
+            double low = 0, high = 1;
+            if (!c.against_collider) {
+                const std::uint32_t parts = parts_of_first(p, q, delta);
+                const std::uint32_t part = c.key.feature >> kFeatureParts;
+                low = static_cast<double>(part) / parts;
+                high = static_cast<double>(part + 1) / parts;
+            }
+            SegmentPair<double> pair =
+                closest_segments(mix(p1.a, p1.b, low), mix(p1.a, p1.b, high), q1.a, q1.b);
+            pair.s = low + (high - low) * pair.s;
             if (c.against_collider &&
                 std::sqrt(pair.squared_distance) <= target - kElsewhere * c.distance) {
                 // Far too deep a place is another contact's (against_axis), this one stays.

@@ -213,6 +213,14 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
             const MovingSegment p = world_edge(strands, e), q = world_edge(strands, f);
             const Meetings meetings = meet_segments(p, q, delta, kSnap * delta);
             if (meetings.count == 0) continue;
+            const std::uint32_t parts = parts_of_first(p, q, delta);
+            auto key_of = [&](const EdgePlace& first, const EdgePlace& second) {
+                std::uint32_t feature =
+                    (first.at_start ? kStartOfFirst : 0) | (second.at_start ? kStartOfSecond : 0);
+                if (feature == 0) feature = part_at(first.parameter, parts) << kFeatureParts;
+                return ContactKey{static_cast<std::uint64_t>(first.edge) << 32 | second.edge,
+                                  feature};
+            };
             auto add = [&](const Meeting& at, double time) {
                 if (!can_move(strands, e, at.s) && !can_move(strands, f, at.t)) return ContactKey{};
                 const EdgePlace first = file_under(strands, e, at.s),
@@ -225,9 +233,7 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
                 contact.edge[1] = second.edge;
                 contact.parameter[0] = first.parameter;
                 contact.parameter[1] = second.parameter;
-                contact.key = {
-                    static_cast<std::uint64_t>(first.edge) << 32 | second.edge,
-                    (first.at_start ? kStartOfFirst : 0) | (second.at_start ? kStartOfSecond : 0)};
+                contact.key = key_of(first, second);
                 contact.normal = at.normal;
                 contact.distance = delta;
                 contact.friction = settings.friction;
@@ -241,10 +247,7 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
             if (meet_at_end(p, q, delta, delta, settings.end_tolerance, meetings, end)) {
                 const EdgePlace first = file_under(strands, e, end.s),
                                 second = file_under(strands, f, end.t);
-                const ContactKey key{
-                    static_cast<std::uint64_t>(first.edge) << 32 | second.edge,
-                    (first.at_start ? kStartOfFirst : 0) | (second.at_start ? kStartOfSecond : 0)};
-                if (key != last) add(end, 1);
+                if (key_of(first, second) != last) add(end, 1);
             }
         }
     }

@@ -136,6 +136,18 @@ bool meet_at_end(const MovingSegment& p, const MovingSegment& q, double reach, d
     return true;
 }
 
+std::uint32_t parts_of_first(const MovingSegment& p, const MovingSegment& q, double delta) {
+    constexpr double kApart = 4;  // of delta: ends of edges that cross by more are not in contact
+    constexpr double kShortest = 4;  // of delta: a part
+    constexpr std::uint32_t kMost = 4;
+    const Vector3 ep = p.b - p.a, eq = q.b - q.a;
+    const double pp = squared_length(ep), qq = squared_length(eq);
+    const double apart = kApart * delta;
+    if (squared_length(cross(ep, eq)) > apart * apart * qq) return 1;
+    return std::clamp(
+        static_cast<std::uint32_t>(std::min(std::sqrt(pp) / (kShortest * delta), 1e3)), 1u, kMost);
+}
+
 MovingSegment world_edge(const ContactStrands& strands, std::uint32_t edge) {
     const std::uint32_t v = strands.first_vertex[edge];
     const Vector3 &a = strands.x_t0[v], &b = strands.x_t0[v + 1];

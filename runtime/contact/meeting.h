@@ -7,6 +7,9 @@
 #include "runtime/shape/closest.h"
 #include "runtime/shape/moving_shape.h"
 
+#include <algorithm>
+#include <cstdint>
+
 namespace keratin {
 
 inline constexpr double kTouching = 1e-9;  // m; below it two closest points give no normal
@@ -45,8 +48,20 @@ bool meet_at_end(const MovingSegment& p, const MovingSegment& q, double reach, d
 MovingSegment world_edge(const ContactStrands& strands, std::uint32_t edge);
 MovingSegment world_axis(const MovingShape& collider);
 
-// Bits of ContactKey::feature.
+// Bits of ContactKey::feature; between strands the part of the first edge stands above them.
 inline constexpr std::uint32_t kStartOfFirst = 1, kStartOfSecond = 2;
+inline constexpr std::uint32_t kFeatureParts = 2;  // bits below the part
+
+// Edges that lie along each other touch at several places at once, and the nearest of them jumps
+// from one end to the other when they turn a little: each part of the first edge then has a contact
+// of its own. How many parts the pair has by its place at the start of the step: 1 for edges that
+// cross, where the nearest place is the only one.
+std::uint32_t parts_of_first(const MovingSegment& p, const MovingSegment& q, double delta);
+// Part of a place s, 0 .. parts - 1.
+inline std::uint32_t part_at(double s, std::uint32_t parts) {
+    const auto part = static_cast<std::int64_t>(s * parts);
+    return static_cast<std::uint32_t>(std::clamp<std::int64_t>(part, 0, parts - 1));
+}
 
 // The edge that a place of an edge is filed under.
 struct EdgePlace {

@@ -6,6 +6,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -260,6 +261,42 @@ TEST_CASE("a contact that ends too near is taken anew at the end of the step") {
     const Vector3 p0 = mix(c.x_t1[0], c.x_t1[1], list[0].parameter[0]),
                   p1 = mix(c.x_t1[2], c.x_t1[3], list[0].parameter[1]);
     CHECK(dot(list[0].normal, p0 - p1) - list[0].distance == Approx(-5e-5).epsilon(1e-2));
+}
+
+TEST_CASE("edges along each other have a contact in each part that is too near, crossing ones one") {
+    for (const double across : {2e-5, 2e-3}) {
+        // Two edges of 5 mm, one over the other, `across` apart at the ends. First they touch near
+        // one end; the step ends with their middles too near.
+        Chains c;
+        const double half = 2.5e-3, y = 2 * r;
+        c.add({{-half, 0, 0}, {half, 0, 0}}, {0, 0, 0}, r);
+        c.add({{-half, y, -across / 2}, {half, y + 2e-6, across / 2}}, {0, 0, 0}, r);
+        c.x_t1[2] += Vector3(0, 0, 0.3 * across);
+        c.x_t1[3] += Vector3(0, -4e-6, 0.3 * across);
+        Detection detection;
+        DetectionSettings settings;
+        std::vector<Contact> list;
+        merge_contacts(detection.find(c.view(), {}, settings), list);
+        REQUIRE(!list.empty());
+        const Contact first = list[0];
+        c.x_t1[2] -= Vector3(0, 2e-6, 0.3 * across);
+        c.x_t1[3] -= Vector3(0, 2e-6, 0.3 * across);
+        merge_contacts(detection.find(c.view(), {}, settings, true), list);
+        refresh_contacts(c.view(), {}, settings, list);
+        INFO("across " << across << ", contacts " << list.size());
+        const auto stays = std::ranges::find(list, first.key, &Contact::key);
+        REQUIRE(stays != list.end());
+        const auto in_middle = [](const Contact& contact) {
+            return std::abs(contact.parameter[0] - 0.5) < 0.06;
+        };
+        CHECK(std::ranges::count_if(list, in_middle) == 1);
+        if (across < 1e-4) {
+            CHECK(list.size() >= 2);
+            CHECK(!in_middle(*stays));
+        } else {
+            CHECK(list.size() == 1);
+        }
+    }
 }
 
 TEST_CASE("contacts of neighbouring edges that stand at one place are made one") {
