@@ -13,15 +13,16 @@ namespace {
 
 using Float4 = float __attribute__((vector_size(16)));
 
-// Trilinear values at one row of a tile: mean displacement, and the filling and its gradient but
-// for the point's own share. Points outside of the grid get their own displacement and no gradient.
+// Trilinear values at one row of a tile, from a field of `stride` numbers a voxel: mean
+// displacement, and the filling and its gradient but for the point's own share. Points outside of
+// the grid get their own displacement and no gradient.
 struct Samples {
     Vec3<Tile> mean, gradient;
     Tile filling;
 };
 
 template <bool friction, bool volume>
-KERATIN_ALWAYS_INLINE Samples sample(const GridView& grid, const Vec3<Tile>& x,
+KERATIN_ALWAYS_INLINE Samples sample(const GridView& grid, std::size_t stride, const Vec3<Tile>& x,
                                      const Vec3<Tile>& own, const Tile& own_share) {
     const Cells cells(grid.shape, x);
     alignas(64) float share[3][kTileLanes], mean[3][kTileLanes] = {}, filling[8][kTileLanes] = {};
@@ -41,7 +42,6 @@ KERATIN_ALWAYS_INLINE Samples sample(const GridView& grid, const Vec3<Tile>& x,
             for (int c = 0; c < 3; ++c) mean[c][l] = value[c];
         }
         if constexpr (volume) {
-            constexpr std::size_t stride = grid_field_floats(friction);
             for (int k = 0; k < 8; ++k) filling[k][l] = grid.field[at[k] * stride + stride - 1];
         }
     });
@@ -87,7 +87,8 @@ void gather_quad(Quad& quad, const GridView& grid) {
                     quad.filling_rest + (tile * quad.rows + row) * kFillingRestFloats * kTileLanes;
                 rest = load<Tile>(kept, 0), share = load<Tile>(kept + kTileLanes, 0);
             }
-            const Samples s = sample<friction, volume>(grid, x, d, share);
+            const Samples s =
+                sample<friction, volume>(grid, grid_field_floats(friction), x, d, share);
             if constexpr (friction) d = rubbed(d, s.mean, Tile(group.friction[row]));
             if constexpr (volume) {
                 const Vec3<Tile> a = volume_acceleration(s.filling, rest, s.gradient,
@@ -98,8 +99,9 @@ void gather_quad(Quad& quad, const GridView& grid) {
         }
 }
 
-template <bool friction>
-void rest_of_quad(const Quad& quad, const ScatterInput& in, const GridView& grid,
+}  // namespace
+
+void grid_at_rest(const Quad& quad, const ScatterInput& in, const GridView& grid,
                   float* filling_rest) {
     for (std::size_t tile = 0; tile < kQuadTiles; ++tile)
         for (std::uint32_t row = 2; row < quad.rows; ++row) {
@@ -107,19 +109,10 @@ void rest_of_quad(const Quad& quad, const ScatterInput& in, const GridView& grid
             const Vec3<Tile> x = load3<Tile>(quad.position + at * 48, 0);
             const Tile share = filled(in, quad.length, at, row + 1 < quad.rows);
             float* out = filling_rest + at * kFillingRestFloats * kTileLanes;
-            store(sample<friction, true>(grid, x, x, share).filling, out, 0);
+            store(sample<false, true>(grid, grid_field_floats(grid.friction), x, x, share).filling,
+                  out, 0);
             store(share, out + kTileLanes, 0);
         }
-}
-
-}  // namespace
-
-void grid_at_rest(const Quad& quad, const ScatterInput& in, const GridView& grid,
-                  float* filling_rest) {
-    if (grid.friction)
-        rest_of_quad<true>(quad, in, grid, filling_rest);
-    else
-        rest_of_quad<false>(quad, in, grid, filling_rest);
 }
 
 void grid_gather(Quad& quad, const GridView& grid) {

@@ -26,16 +26,20 @@
 #include "runtime/formula/wind.h"
 #include "runtime/pass/work.h"
 
+#include <span>
+
 namespace keratin::KERATIN_ISA {
 
-enum class Air { still, steady, turbulent };
+enum class Air { still, moving };
 
 // Moves point i, beside its parent's move by no more than a step can resolve; gravity 0 is left out
-// of the sum. Returns the new place, and the move for the next point.
+// of the sum, and `waves` add to the mean wind. Returns the new place, and the move for the next
+// point.
 template <Air air, bool falls, class Pack>
 KERATIN_ALWAYS_INLINE Vec3<Pack> move_point(const Part<Pack>& b, const QuadClass& group,
-                                            const SmallStep& step, std::size_t i,
-                                            Vec3<Pack>& parent_move) {
+                                            const SmallStep& step,
+                                            [[maybe_unused]] std::span<const WindWave> waves,
+                                            std::size_t i, Vec3<Pack>& parent_move) {
     using Pack3 = Vec3<Pack>;
     const Pack3 x = b.x(i), previous = b.x_previous(i);
     const Pack carry(step.step_ratio * group.keep[i]);
@@ -47,10 +51,8 @@ KERATIN_ALWAYS_INLINE Vec3<Pack> move_point(const Part<Pack>& b, const QuadClass
         if constexpr (falls) a = splat<Pack>(step.gravity);
         if constexpr (air != Air::still) {
             Pack3 wind = splat<Pack>(step.wind);
-            if constexpr (air == Air::turbulent) {
-                for (const WindWave& w : step.wave)
-                    wind += splat<Pack>(w.direction) * wave_at(x, splat<Pack>(w.k), Pack(w.phase));
-            }
+            for (const WindWave& w : waves)
+                wind += splat<Pack>(w.direction) * wave_at(x, splat<Pack>(w.k), Pack(w.phase));
             const Pack3 velocity = (x - previous) * Pack(step.inverse_previous);
             a += wind_acceleration(wind, velocity, Pack(group.drag[i]), Pack(step.inverse_step));
         }
@@ -67,38 +69,64 @@ KERATIN_ALWAYS_INLINE Vec3<Pack> move_point(const Part<Pack>& b, const QuadClass
     return moved;
 }
 
-// Directions of the moved edges and the inverse of their lengths go to where the sweep overwrites
-// them with its results: a loop of its own, so that roots and divisions of many rows overlap.
-template <Air air, bool shape, class Pack>
-void predict(const Part<Pack> b, const QuadClass& group, const SmallStep& step) {
-    using Pack3 = Vec3<Pack>;
-    const std::size_t n = b.rows - 1;
-    const Pack zero(0.0f), one(1.0f);
-    const Pack3 none(zero, zero, zero);
-
+// Where a sweep begins: the root now, and its move since the small step began.
+template <class Pack>
+struct RootMove {
+    RootNow<Pack> now;
+    Vec3<Pack> move;
+};
+template <class Pack>
+KERATIN_ALWAYS_INLINE RootMove<Pack> move_root(const Part<Pack>& b, const SmallStep& step) {
     const RootNow<Pack> root = root_now(b, step.fraction);
     b.set_x_previous(0, b.x(0));
     b.set_x_previous(1, b.x(1));
     b.set_x(0, root.x0);
     b.set_x(1, root.x1);
     b.set3(slot_x, 1, root.direction);
-    Pack3 parent_move = root.x1 - b.x_previous(1);
-    // Gravity enters with the elastic forces where there are any, so that at rest both are taken at
-    // the same place.
-    if constexpr (!shape) {
-        for (std::size_t i = 2; i <= n; ++i) move_point<air, true>(b, group, step, i, parent_move);
-        return;
-    }
-    Pack3 x = root.x1;
-    for (std::size_t i = 2; i <= n; ++i) {
-        const Pack3 child = move_point<air, false>(b, group, step, i, parent_move);
+    return {root, root.x1 - b.x_previous(1)};
+}
+
+// Points without bending.
+template <Air air, class Pack>
+[[gnu::noinline]] void predict_loose(const Part<Pack> b, const QuadClass& group,
+                                     const SmallStep& step, std::span<const WindWave> waves = {}) {
+    const RootMove<Pack> root = move_root(b, step);
+    Vec3<Pack> parent_move = root.move;
+    for (std::size_t i = 2; i < b.rows; ++i)
+        move_point<air, true>(b, group, step, waves, i, parent_move);
+}
+
+// Points to bend: gravity enters with the elastic forces, so that at rest both are taken at the
+// same place. Directions of the moved edges and the inverse of their lengths go to where bend()
+// overwrites them with its results: a loop of its own, so that roots and divisions of many rows
+// overlap. Returns the root.
+template <Air air, class Pack>
+[[gnu::noinline]] RootNow<Pack> predict(const Part<Pack> b, const QuadClass& group,
+                                        const SmallStep& step,
+                                        std::span<const WindWave> waves = {}) {
+    using Pack3 = Vec3<Pack>;
+    const RootMove<Pack> root = move_root(b, step);
+    Pack3 parent_move = root.move;
+    Pack3 x = root.now.x1;
+    for (std::size_t i = 2; i < b.rows; ++i) {
+        const Pack3 child = move_point<air, false>(b, group, step, waves, i, parent_move);
         const Pack3 e = child - x;
-        const Pack inverse = one / sqrt(max(dot(e, e), Pack(1e-24f)));
+        const Pack inverse = Pack(1.0f) / sqrt(max(dot(e, e), Pack(1e-24f)));
         b.set3(slot_x, i, e * inverse);
         b.set(slot_sweep1, i, inverse);
         x = child;
     }
+    return root.now;
+}
 
+// The elastic moments at the predicted places, eliminated on the way.
+template <class Pack>
+[[gnu::noinline]] void bend(const Part<Pack> b, const QuadClass& group, const SmallStep& step,
+                            const RootNow<Pack> root) {
+    using Pack3 = Vec3<Pack>;
+    const std::size_t n = b.rows - 1;
+    const Pack zero(0.0f);
+    const Pack3 none(zero, zero, zero);
     const Pack3 fall = splat<Pack>(step.gravity) * Pack(step.half_square);
     const Pack3 side = cross(root.direction, root.director);
     Pack3 t = root.direction;  // of the parent now

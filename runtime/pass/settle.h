@@ -29,32 +29,36 @@ struct Near {
     const ColliderPose& pose(std::uint32_t k) const { return poses[index[k]]; }
 };
 
+// How deep a place of a row lies in what it lies deepest in, and the way out of that; `way` stays
+// as it is where there is nothing near.
+template <class Pack>
+[[gnu::noinline]] Pack deepest_in(const Part<Pack> b, const Near& near, std::size_t row,
+                                  const Vec3<Pack>& at, Vec3<Pack>& way) {
+    Pack deepest(-1e9f);
+    for (std::uint32_t k = 0; k < near.count; ++k) {
+        const ColliderPose& pose = near.pose(k);
+        Vec3<Pack> normal;
+        const Pack distance =
+            own_distance(near.shape(k), times(pose.to_own, at - splat<Pack>(pose.place)), normal);
+        const Pack depth = kept_distance(near.shape(k), b, row) - distance;
+        way = select(deepest < depth, transposed_times(pose.to_own, normal), way);
+        deepest = max(deepest, depth);
+    }
+    return deepest;
+}
+
 // The last resort for points in folds, where the way out of one side leads into the other: their
 // segments lean over towards the surface's normal at the parent until they are free.
 template <class Pack, class Mask>
 [[gnu::noinline]] void lift_out(const Part<Pack> b, const Near& near, std::size_t i,
                                 const Vec3<Pack>& parent, const Pack& l, Mask deep, Vec3<Pack>& x,
                                 Vec3<Pack>& t) {
-    const auto depth_at = [&](const Vec3<Pack>& at, std::size_t row, Vec3<Pack>& way) {
-        Pack deepest(-1e9f);
-        for (std::uint32_t k = 0; k < near.count; ++k)
-            with_shape(near.shape(k).kind, [&]<ShapeKind kind>() {
-                Vec3<Pack> normal;
-                const Pack distance = own_distance<kind>(
-                    near.shape(k), times(near.pose(k).to_own, at - splat<Pack>(near.pose(k).place)),
-                    normal);
-                const Pack depth = kept_distance<kind>(near.shape(k), b, row) - distance;
-                way = select(deepest < depth, transposed_times(near.pose(k).to_own, normal), way);
-                deepest = max(deepest, depth);
-            });
-        return deepest;
-    };
     Vec3<Pack> up = t, ignored = t;
-    depth_at(parent, i - 1, up);
+    deepest_in(b, near, i - 1, parent, up);
     for (const float lean : {0.25f, 0.5f, 0.75f, 1.0f}) {
         const Vec3<Pack> way = normalize_or(t * Pack(1 - lean) + up * Pack(lean), up);
         const Vec3<Pack> at = parent + way * l;
-        const Pack depth = depth_at(at, i, ignored);
+        const Pack depth = deepest_in(b, near, i, at, ignored);
         const auto free = deep & (depth < Pack(kDeepEnough));
         x = select(free, at, x);
         t = select(free, way, t);
@@ -63,14 +67,17 @@ template <class Pack, class Mask>
     }
 }
 
-// Contact of the points of a row: x is moved out, t its direction from the parent. Only lanes that
-// are inside change, or results would depend on who their neighbours in the pack are. Returns the
-// part of the move that is no matter of length.
-template <bool exact, class Pack>
-[[gnu::noinline]] Vec3<Pack> move_out(const Part<Pack> b, const Near& near, std::size_t i,
-                                      const Vec3<Pack>& parent, const Pack& l, Vec3<Pack>& x,
-                                      Vec3<Pack>& t) {
+enum class Lengths { loose, exact };
+
+// Contact of the points of a row: x is moved out, t its direction from the parent; exact lengths
+// stay so. Only lanes that are inside change, or results would depend on who their neighbours in
+// the pack are. Returns the part of the move that is no matter of length.
+template <class Pack>
+[[gnu::noinline]] Vec3<Pack> move_out(Lengths lengths, const Part<Pack> b, const Near& near,
+                                      std::size_t i, const Vec3<Pack>& parent, const Pack& l,
+                                      Vec3<Pack>& x, Vec3<Pack>& t) {
     using Pack3 = Vec3<Pack>;
+    const bool exact = lengths == Lengths::exact;
     const Pack zero(0.0f), one(1.0f);
     Pack3 out = x;
     Pack hits = zero, hit_by = zero;
@@ -85,48 +92,46 @@ template <bool exact, class Pack>
     for (std::uint32_t k = 0; k < near.count; ++k) {
         const ColliderShapeData& shape = near.shape(k);
         const ColliderPose& pose = near.pose(k);
-        with_shape(shape.kind, [&]<ShapeKind kind>() {
-            Pack3 normal;
-            const Pack depth = depth_in<kind>(shape, pose, k, kept, out, normal);
-            const auto inside = zero < depth;
-            if (!any(inside)) return;
-            const auto before = [&](const Pack3& place) {
-                return times(pose.from_now, place) + splat<Pack>(pose.from_place);
-            };
-            Pack push = select(inside, depth, zero);
-            Pack rise = max(zero, min(push, dot(before(out + normal * push) - previous, normal)));
-            Pack left = max(zero, rise - Pack(kMostRise));
-            if (any(zero < left)) {
-                const Pack3 carried =
-                    transposed_times(pose.from_now, previous - splat<Pack>(pose.from_place));
-                Pack3 ignored;
-                const Pack began = depth_in<kind>(shape, pose, k, kept, carried, ignored);
-                left = select(Pack(kMostRise) < began, left, zero);
-            }
-            push = push - left;
-            rise = rise - left;
-            patient = patient + left;
-            const Pack3 at = out + (exact ? way_out(t, l, normal, push) : normal * push);
-            const Pack3 slide = before(at) - previous;
-            const Pack3 held = friction_move(slide, normal, push, Pack(shape.friction));
-            Pack3 moved = at + held;
-            if constexpr (exact) {
-                // In the tangent plane of a convex shape a point is outside.
-                const auto in_plane = zero < plane_room(t, l, normal, push);
-                const Pack3 way = (at - parent) * (one / max(l, Pack(1e-9f)));
-                moved = select(in_plane, parent + turned_along(way, l, normal, held) * l, moved);
-                unsure = unsure | (zero < select(in_plane, zero, push));
-                if constexpr (kind == ShapeKind::grid) concave = concave | inside;
-            }
-            out = select(inside, moved, out);
-            previous = select(inside, previous + normal * rise, previous);
-            hits = select(inside, hits + one, hits);
-            hit_by = select(inside, Pack(float(k)), hit_by);
-        });
+        Pack3 normal;
+        const Pack depth = depth_in(shape, pose, k, kept, out, normal);
+        const auto inside = zero < depth;
+        if (!any(inside)) continue;
+        const auto before = [&](const Pack3& place) {
+            return times(pose.from_now, place) + splat<Pack>(pose.from_place);
+        };
+        Pack push = select(inside, depth, zero);
+        Pack rise = max(zero, min(push, dot(before(out + normal * push) - previous, normal)));
+        Pack left = max(zero, rise - Pack(kMostRise));
+        if (any(zero < left)) {
+            const Pack3 carried =
+                transposed_times(pose.from_now, previous - splat<Pack>(pose.from_place));
+            Pack3 ignored;
+            const Pack began = depth_in(shape, pose, k, kept, carried, ignored);
+            left = select(Pack(kMostRise) < began, left, zero);
+        }
+        push = push - left;
+        rise = rise - left;
+        patient = patient + left;
+        const Pack3 at = out + (exact ? way_out(t, l, normal, push) : normal * push);
+        const Pack3 slide = before(at) - previous;
+        const Pack3 held = friction_move(slide, normal, push, Pack(shape.friction));
+        Pack3 moved = at + held;
+        if (exact) {
+            // In the tangent plane of a convex shape a point is outside.
+            const auto in_plane = zero < plane_room(t, l, normal, push);
+            const Pack3 way = (at - parent) * (one / max(l, Pack(1e-9f)));
+            moved = select(in_plane, parent + turned_along(way, l, normal, held) * l, moved);
+            unsure = unsure | (zero < select(in_plane, zero, push));
+            if (shape.kind == ShapeKind::grid) concave = concave | inside;
+        }
+        out = select(inside, moved, out);
+        previous = select(inside, previous + normal * rise, previous);
+        hits = select(inside, hits + one, hits);
+        hit_by = select(inside, Pack(float(k)), hit_by);
     }
     const Pack3 shift = out - x;
     b.set_x_previous(i, previous);
-    if constexpr (!exact) {
+    if (!exact) {
         x = out;
         return shift;
     }
@@ -139,25 +144,22 @@ template <bool exact, class Pack>
     // A way w along the sphere about the parent ends about w^2 / 2l off the tangent plane.
     const auto far = l * Pack(kDeepEnough) < dot(shift, shift);
     unsure = unsure | (one < hits) | (concave & far);
-    for (std::uint32_t k = 0; k < near.count && near.count > 1; ++k)
-        with_shape(near.shape(k).kind, [&]<ShapeKind kind>() {
-            const Pack other = abs(hit_by - Pack(float(k)));
-            unsure = unsure | ((zero < other) & reached<kind>(near.shape(k), near.pose(k), x));
-        });
+    for (std::uint32_t k = 0; k < near.count && near.count > 1; ++k) {
+        const Pack other = abs(hit_by - Pack(float(k)));
+        unsure = unsure | ((zero < other) & reached_in(near.shape(k), near.pose(k), x));
+    }
     deep = deep & unsure & (patient < Pack(kDeepEnough));
     for (int round = 0; round < kRounds && any(deep); ++round) {
         out = x;
         Pack hit = zero;
-        for (std::uint32_t k = 0; k < near.count; ++k)
-            with_shape(near.shape(k).kind, [&]<ShapeKind kind>() {
-                Pack3 normal;
-                const Pack depth =
-                    depth_in<kind>(near.shape(k), near.pose(k), k, kept, out, normal);
-                const auto inside = deep & (Pack(kDeepEnough) < depth);
-                if (!any(inside)) return;
-                out = select(inside, out + way_out(t, l, normal, depth), out);
-                hit = select(inside, one, hit);
-            });
+        for (std::uint32_t k = 0; k < near.count; ++k) {
+            Pack3 normal;
+            const Pack depth = depth_in(near.shape(k), near.pose(k), k, kept, out, normal);
+            const auto inside = deep & (Pack(kDeepEnough) < depth);
+            if (!any(inside)) continue;
+            out = select(inside, out + way_out(t, l, normal, depth), out);
+            hit = select(inside, one, hit);
+        }
         deep = zero < hit;
         put_back(deep);
     }
@@ -166,7 +168,7 @@ template <bool exact, class Pack>
 }
 
 template <bool tension, bool exact, bool collide, class Pack>
-void settle(const Part<Pack> b, const QuadClass& group, const Near& near) {
+[[gnu::noinline]] void settle(const Part<Pack> b, const QuadClass& group, const Near& near) {
     using Pack3 = Vec3<Pack>;
     const std::size_t n = b.rows - 1;
     const Pack zero(0.0f);
@@ -209,22 +211,23 @@ void settle(const Part<Pack> b, const QuadClass& group, const Near& near) {
         if constexpr (collide) {
             for (std::uint32_t k = 0; k < near.count; ++k) {
                 if (near.shape(k).kind != ShapeKind::grid) continue;
-                const Pack3 free = x;
+                Pack3 end = x;
                 Pack stopped;
-                if (!stop_at_grid(near.shape(k), near.pose(k), b, i, x, stopped)) continue;
-                before = before + (x - free);
+                if (!stop_at_grid(near.shape(k), near.pose(k), b, i, end, stopped)) continue;
+                before = before + (end - x);
+                x = end;
                 if constexpr (exact) {
                     t = select(zero < stopped, normalize_or(x - parent, t), t);
                     x = select(zero < stopped, parent + t * l, x);
                 }
             }
             for (std::uint32_t k = 0; k < near.count; ++k) {
-                bool reached = false;
-                with_shape(near.shape(k).kind, [&]<ShapeKind kind>() {
-                    reached = reaches<kind>(near.shape(k), near.pose(k), x);
-                });
-                if (!reached) continue;
-                before = before + move_out<exact>(b, near, i, parent, l, x, t);
+                if (!reaches(near.shape(k), near.pose(k), x)) continue;
+                Pack3 end = x, way = t;
+                before = before + move_out(exact ? Lengths::exact : Lengths::loose, b, near, i,
+                                           parent, l, end, way);
+                x = end;
+                t = way;
                 break;
             }
         }

@@ -35,16 +35,21 @@ KERATIN_ALWAYS_INLINE void with_flags(Body&& body, bool flag, Rest... rest) {
 void predict_block(const Quad& quad, std::size_t block, const SmallStep& step) {
     for (std::size_t lane = block; lane < block + kBlockLanes; lane += PredictPack::kLanes) {
         const Part<PredictPack> part(quad, lane);
-        with_flags(
-            [&]<bool shape>() {
-                if (quad.flags.has_turbulence)
-                    predict<Air::turbulent, shape>(part, *quad.group, step);
-                else if (quad.flags.has_wind)
-                    predict<Air::steady, shape>(part, *quad.group, step);
-                else
-                    predict<Air::still, shape>(part, *quad.group, step);
-            },
-            quad.flags.local_shape);
+        const QuadClass& group = *quad.group;
+        const bool moving = quad.flags.has_wind || quad.flags.has_turbulence;
+        const std::span<const WindWave> waves = quad.flags.has_turbulence
+                                                    ? std::span<const WindWave>(step.wave)
+                                                    : std::span<const WindWave>();
+        if (!quad.flags.local_shape) {
+            if (moving)
+                predict_loose<Air::moving>(part, group, step, waves);
+            else
+                predict_loose<Air::still>(part, group, step);
+            continue;
+        }
+        bend(part, group, step,
+             moving ? predict<Air::moving>(part, group, step, waves)
+                    : predict<Air::still>(part, group, step));
     }
 }
 

@@ -10,38 +10,60 @@
 
 namespace keratin::KERATIN_ISA {
 
-// Distance in the shape's own space.
-template <ShapeKind kind, class Pack>
-KERATIN_ALWAYS_INLINE Pack own_distance(const ColliderShapeData& s, const Vec3<Pack>& p,
-                                        Vec3<Pack>& normal) {
-    if constexpr (kind == ShapeKind::capsule)
-        return capsule_distance(p, splat<Pack>(s.a), splat<Pack>(s.b), Pack(s.inverse_square),
-                                Pack(s.radius), normal);
-    else if constexpr (kind == ShapeKind::box)
-        return box_distance(p - splat<Pack>(s.a), splat<Pack>(s.b), normal);
-    else if constexpr (kind == ShapeKind::plane)
-        return plane_distance(p, splat<Pack>(s.a), splat<Pack>(s.b), normal);
-    else
-        return grid_distance(s.grid, p, normal);
+// Calls body.operator()<kind>() for the collider's shape.
+template <class Body>
+KERATIN_ALWAYS_INLINE void with_shape(ShapeKind kind, Body&& body) {
+    switch (kind) {
+        case ShapeKind::capsule:
+            body.template operator()<ShapeKind::capsule>();
+            break;
+        case ShapeKind::box:
+            body.template operator()<ShapeKind::box>();
+            break;
+        case ShapeKind::plane:
+            body.template operator()<ShapeKind::plane>();
+            break;
+        case ShapeKind::grid:
+            body.template operator()<ShapeKind::grid>();
+            break;
+    }
+}
+
+// Distance in the shape's own space. Out of line, as all that only points near a collider need:
+// sweeps hold their loops alone.
+template <class Pack>
+[[gnu::noinline]] Pack own_distance(const ColliderShapeData& s, const Vec3<Pack>& p,
+                                    Vec3<Pack>& normal) {
+    Pack distance;
+    with_shape(s.kind, [&]<ShapeKind kind>() {
+        if constexpr (kind == ShapeKind::capsule)
+            distance = capsule_distance(p, splat<Pack>(s.a), splat<Pack>(s.b),
+                                        Pack(s.inverse_square), Pack(s.radius), normal);
+        else if constexpr (kind == ShapeKind::box)
+            distance = box_distance(p - splat<Pack>(s.a), splat<Pack>(s.b), normal);
+        else if constexpr (kind == ShapeKind::plane)
+            distance = plane_distance(p, splat<Pack>(s.a), splat<Pack>(s.b), normal);
+        else
+            distance = grid_distance(s.grid, p, normal);
+    });
+    return distance;
 }
 // The same where nobody asks for the way out.
-template <ShapeKind kind, class Pack>
+template <class Pack>
 KERATIN_ALWAYS_INLINE Pack own_distance(const ColliderShapeData& s, const Vec3<Pack>& p) {
+    if (s.kind == ShapeKind::grid) return grid_distance(s.grid, p);
     Vec3<Pack> ignored;
-    if constexpr (kind == ShapeKind::grid)
-        return grid_distance(s.grid, p);
-    else
-        return own_distance<kind>(s, p, ignored);
+    return own_distance(s, p, ignored);
 }
 
 // Distance that a point keeps: the contact distance, or less where the groom at rest lies deeper.
-template <ShapeKind kind, class Pack>
-KERATIN_ALWAYS_INLINE Pack kept_distance(const ColliderShapeData& s, const Part<Pack> b,
+template <class Pack>
+KERATIN_ALWAYS_INLINE Pack kept_distance(const ColliderShapeData& s, const Part<Pack>& b,
                                          std::size_t row) {
     const Pack kept(s.distance);
     if (!s.allows_rest_depth) return kept;
     const Vec3<Pack> rest = times(s.rest_to_own, b.rest(row) - splat<Pack>(s.rest_place));
-    return min(kept, own_distance<kind>(s, rest));
+    return min(kept, own_distance(s, rest));
 }
 
 // That of a row from each of its colliders, worked out once at most.
@@ -54,54 +76,56 @@ struct KeptDistances {
     Pack value[kRemembered];
 
     KERATIN_ALWAYS_INLINE KeptDistances(const Part<Pack>& b, std::size_t i) : part(b), row(i) {}
-    template <ShapeKind kind>
     KERATIN_ALWAYS_INLINE Pack of(std::uint32_t k, const ColliderShapeData& s) {
         if (!s.allows_rest_depth) return Pack(s.distance);
-        if (k >= kRemembered) return kept_distance<kind>(s, part, row);
-        if (!(known >> k & 1)) value[k] = kept_distance<kind>(s, part, row);
+        if (k >= kRemembered) return kept_distance(s, part, row);
+        if (!(known >> k & 1)) value[k] = kept_distance(s, part, row);
         known |= 1u << k;
         return value[k];
     }
 };
 
-// Points of x that can lie in the collider: exact for capsules but for rounding, without their
-// root.
-template <ShapeKind kind, class Pack>
-KERATIN_ALWAYS_INLINE auto reached(const ColliderShapeData& s, const ColliderPose& pose,
-                                   const Vec3<Pack>& x) {
-    if constexpr (kind == ShapeKind::capsule) {
-        const float reach = (s.radius + s.distance) * 1.00001f;
-        return capsule_square(x, splat<Pack>(pose.core), splat<Pack>(pose.core_way),
-                              Pack(s.inverse_square)) < Pack(reach * reach);
-    } else {
-        return own_distance<kind>(s, times(pose.to_own, x - splat<Pack>(pose.place))) <
-               Pack(s.distance);
-    }
+// Points of x that can lie in a capsule: exact but for rounding, without their root.
+template <class Pack>
+KERATIN_ALWAYS_INLINE auto reached_in_capsule(const ColliderShapeData& s, const ColliderPose& pose,
+                                              const Vec3<Pack>& x) {
+    const float reach = (s.radius + s.distance) * 1.00001f;
+    return capsule_square(x, splat<Pack>(pose.core), splat<Pack>(pose.core_way),
+                          Pack(s.inverse_square)) < Pack(reach * reach);
+}
+// In any shape.
+template <class Pack>
+[[gnu::noinline]] auto reached_in(const ColliderShapeData& s, const ColliderPose& pose,
+                                  const Vec3<Pack>& x) {
+    if (s.kind == ShapeKind::capsule) return reached_in_capsule(s, pose, x);
+    return own_distance(s, times(pose.to_own, x - splat<Pack>(pose.place))) < Pack(s.distance);
 }
 
 // Whether any of them does.
-template <ShapeKind kind, class Pack>
+template <class Pack>
 KERATIN_ALWAYS_INLINE bool reaches(const ColliderShapeData& s, const ColliderPose& pose,
                                    const Vec3<Pack>& x) {
     const Vec3<Pack> from = x - splat<Pack>(pose.middle);
-    return any(dot(from, from) < Pack(pose.reach_square)) && any(reached<kind>(s, pose, x));
+    if (!any(dot(from, from) < Pack(pose.reach_square))) return false;
+    if (s.kind == ShapeKind::capsule) return any(reached_in_capsule(s, pose, x));
+    const Vec3<Pack> copy = x;  // x itself stays in its registers
+    return any(reached_in(s, pose, copy));
 }
 
 // How deep x lies in the k-th collider of a row, and the way out in the world.
-template <ShapeKind kind, class Pack>
-KERATIN_ALWAYS_INLINE Pack depth_in(const ColliderShapeData& s, const ColliderPose& pose,
-                                    std::uint32_t k, KeptDistances<Pack>& kept, const Vec3<Pack>& x,
-                                    Vec3<Pack>& normal) {
-    Pack distance;
-    if constexpr (kind == ShapeKind::capsule)
-        distance = capsule_distance(x, splat<Pack>(pose.core), splat<Pack>(pose.core_way),
-                                    Pack(s.inverse_square), Pack(s.radius), normal);
-    else
-        distance = own_distance<kind>(s, times(pose.to_own, x - splat<Pack>(pose.place)), normal);
+template <class Pack>
+[[gnu::noinline]] Pack depth_in(const ColliderShapeData& s, const ColliderPose& pose,
+                                std::uint32_t k, KeptDistances<Pack>& kept, const Vec3<Pack>& x,
+                                Vec3<Pack>& normal) {
+    const bool capsule = s.kind == ShapeKind::capsule;
+    const Pack distance =
+        capsule ? capsule_distance(x, splat<Pack>(pose.core), splat<Pack>(pose.core_way),
+                                   Pack(s.inverse_square), Pack(s.radius), normal)
+                : own_distance(s, times(pose.to_own, x - splat<Pack>(pose.place)), normal);
     const Pack depth = Pack(s.distance) - distance;
     if (!any(Pack(0.0f) < depth)) return depth;
-    if constexpr (kind != ShapeKind::capsule) normal = transposed_times(pose.to_own, normal);
-    return kept.template of<kind>(k, s) - distance;
+    if (!capsule) normal = transposed_times(pose.to_own, normal);
+    return kept.of(k, s) - distance;
 }
 
 // Where points that moved by more than half a cell of a distance grid since the small step's start
@@ -110,9 +134,9 @@ KERATIN_ALWAYS_INLINE Pack depth_in(const ColliderShapeData& s, const ColliderPo
 // inside at all. Returns whether any point was stopped; `stopped` is 1 for those and 0 for others,
 // which stay as they are.
 template <class Pack>
-KERATIN_ALWAYS_INLINE bool stop_at_grid(const ColliderShapeData& s, const ColliderPose& pose,
-                                        const Part<Pack> b, std::size_t row, Vec3<Pack>& x,
-                                        Pack& stopped) {
+[[gnu::noinline]] bool stop_at_grid(const ColliderShapeData& s, const ColliderPose& pose,
+                                    const Part<Pack> b, std::size_t row, Vec3<Pack>& x,
+                                    Pack& stopped) {
     // The start, carried with the surface to now.
     const Vec3<Pack> from =
         transposed_times(pose.from_now, b.x_previous(row) - splat<Pack>(pose.from_place));
@@ -131,7 +155,7 @@ KERATIN_ALWAYS_INLINE bool stop_at_grid(const ColliderShapeData& s, const Collid
     spread(times(pose.to_own, from - splat<Pack>(pose.place)), start);
     spread(times(pose.to_own, x - splat<Pack>(pose.place)), end);
     store(sqrt(square), far, 16);
-    store(kept_distance<ShapeKind::grid>(s, b, row), kept, 16);
+    store(kept_distance(s, b, row), kept, 16);
     for (int l = 0; l < kLanes; ++l) {
         if (!(far[l] > unnoticed)) continue;
         const float samples =
@@ -173,25 +197,6 @@ KERATIN_ALWAYS_INLINE bool stop_at_grid(const ColliderShapeData& s, const Collid
     const Vec3<Pack> own(load<Pack>(end[0], 16), load<Pack>(end[1], 16), load<Pack>(end[2], 16));
     x = select(hits, transposed_times(pose.to_own, own) + splat<Pack>(pose.place), x);
     return true;
-}
-
-// Calls body.operator()<kind>() for the collider's shape.
-template <class Body>
-KERATIN_ALWAYS_INLINE void with_shape(ShapeKind kind, Body&& body) {
-    switch (kind) {
-        case ShapeKind::capsule:
-            body.template operator()<ShapeKind::capsule>();
-            break;
-        case ShapeKind::box:
-            body.template operator()<ShapeKind::box>();
-            break;
-        case ShapeKind::plane:
-            body.template operator()<ShapeKind::plane>();
-            break;
-        case ShapeKind::grid:
-            body.template operator()<ShapeKind::grid>();
-            break;
-    }
 }
 
 // Whether the collider can reach a box.

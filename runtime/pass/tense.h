@@ -23,7 +23,7 @@ struct Box {
 
 // Returns the box around the points where `boxed`.
 template <bool shape, bool tension, bool boxed, class Pack>
-Box<Pack> tense(const Part<Pack> b) {
+[[gnu::noinline]] Box<Pack> tense(const Part<Pack> b) {
     using Pack3 = Vec3<Pack>;
     const std::size_t n = b.rows - 1;
     const Pack zero(0.0f), one(1.0f);
