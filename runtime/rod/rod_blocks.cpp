@@ -34,6 +34,33 @@ double joint_length(const RodShape& shape, std::size_t i) {
     return (shape.rest_length[i - 1] + shape.rest_length[i]) / 2;
 }
 
+// A normal that is perpendicular to the tangent and unit, from one that may be missing or parallel.
+Double3 normal_across(const std::optional<Double3>& wanted, const Double3& tangent) {
+    if (wanted) {
+        const Double3 n = unit(*wanted);
+        if (length(subtract(n, scaled(dot(n, tangent), tangent))) > 1e-6) return across(n, tangent);
+    }
+    return any_normal(tangent);
+}
+
+// An edge that lies exactly on the one before has no side to open to, and its bend no energy. Where
+// the rest shape is another, such a fold begins opened to one side by kOpened.
+void open_folds(RodBlocks& b, std::size_t s) {
+    constexpr double kOpened = 1e-3;  // rad
+    const auto edge = [&](std::size_t j) {
+        Double3 e;
+        for (std::size_t c = 0; c < 3; ++c)
+            e[c] = b.x[b.index(s, j + 1, c)] - b.x[b.index(s, j, c)];
+        return e;
+    };
+    for (std::size_t i = 1; i < b.edge_count_of(s); ++i) {
+        const Double3 t = unit(edge(i - 1)), e = edge(i), u = unit(e);
+        if (1 + dot(t, u) > kOpened * kOpened / 2) continue;
+        const Double3 aside = scaled(kOpened * length(e), any_normal(u));
+        for (std::size_t c = 0; c < 3; ++c) b.x[b.index(s, i + 1, c)] += aside[c];
+    }
+}
+
 // The bend energy is a square in omega = 2 tan(phi/2) where the material's is one in the angle phi: to
 // straighten a joint that rests bent by phi takes B/(2 l) omega^2 instead of B/(2 l) phi^2. **Beyond**
 // METHODS §2.2: a joint's stiffness is multiplied by (phi/omega)^2, so that a rod as long as the material
@@ -109,6 +136,28 @@ void rest_from_curvature(const std::array<double, 2>& curvature, double twist, R
     }
 }
 
+std::array<double, 5> relieved(const std::array<double, 5>& rest, const RodStrain& strain) {
+    const double sine = std::sin(strain.twist / 2), cosine = std::cos(strain.twist / 2);
+    // the edge before the joint turns by half of -twist, the edge after it by half of twist
+    const auto turn = [&](std::size_t edge, double side, std::array<double, 5>& out) {
+        const double a = rest[edge] - strain.bend[0], b = rest[edge + 1] - strain.bend[1];
+        out[edge] = cosine * a - side * b;
+        out[edge + 1] = side * a + cosine * b;
+    };
+    std::array<double, 5> out = rest;
+    turn(0, -sine, out);
+    turn(2, sine, out);
+    out[4] -= strain.twist;
+    return out;
+}
+
+void relieve(std::span<const RodStrain> strain, RodShape& shape) {
+    for (std::size_t i = 0; i < strain.size(); ++i) {
+        shape.rest_length[i] /= 1 + strain[i].stretch;
+        shape.rest[i] = relieved(shape.rest[i], strain[i]);
+    }
+}
+
 RodBlocks make_blocks(std::span<const RodStrand> strands, std::uint32_t lanes) {
     RodBlocks b;
     b.lanes = lanes;
@@ -169,18 +218,36 @@ RodBlocks make_blocks(std::span<const RodStrand> strands, std::uint32_t lanes) {
     return b;
 }
 
+std::array<double, kRodJoint> joint_numbers(const RodShape& shape, std::size_t i,
+                                            const RodScales& scales) {
+    const RodMaterial& m = shape.material;
+    const double r1 = m.radii[0], r2 = m.radii[1];
+    const double shear = m.youngs_modulus / (2 * (1 + m.poisson_ratio));
+    const double bend1 = scales.bend * m.youngs_modulus * kPi * r1 * r1 * r1 * r2 / 4;
+    const double bend2 = scales.bend * m.youngs_modulus * kPi * r1 * r2 * r2 * r2 / 4;
+    const double twist =
+        scales.twist * shear * kPi * r1 * r1 * r1 * r2 * r2 * r2 / (r1 * r1 + r2 * r2);
+    const double l = joint_length(shape, i);
+    const double per = l > 0 ? 1 / l : 0;
+    const std::array<double, 5>& rest = shape.rest[i];
+    const double per_length = per * rest_stiffness(rest);
+    return {bend1 * per_length / 2,
+            bend2 * per_length / 2,
+            twist * per_length,
+            rest[0],
+            rest[1],
+            rest[2],
+            rest[3],
+            rest[4]};
+}
+
 void write_strand(RodBlocks& b, std::size_t s, const RodScales& scales) {
     const RodShape& shape = b.shapes[s];
     const RodMaterial& m = shape.material;
     const std::size_t edges = shape.rest_length.size();
     const double r1 = m.radii[0], r2 = m.radii[1];
     const double area = kPi * r1 * r2;
-    const double shear = m.youngs_modulus / (2 * (1 + m.poisson_ratio));
     const double stretch = scales.stretch * m.youngs_modulus * area;
-    const double bend1 = scales.bend * m.youngs_modulus * kPi * r1 * r1 * r1 * r2 / 4;
-    const double bend2 = scales.bend * m.youngs_modulus * kPi * r1 * r2 * r2 * r2 / 4;
-    const double twist =
-        scales.twist * shear * kPi * r1 * r1 * r1 * r2 * r2 * r2 / (r1 * r1 + r2 * r2);
     b.radius[s] = std::max(r1, r2);
     b.spin_weight[s] = std::sqrt((r1 * r1 + r2 * r2) / 2);
     b.edge_count[b.block[s] * b.lanes + b.lane(s)] = static_cast<double>(edges);
@@ -215,14 +282,8 @@ void write_strand(RodBlocks& b, std::size_t s, const RodScales& scales) {
             b.edges[b.edge_index(s, i, 0)] = stretch / after;
             b.edges[b.edge_index(s, i, 1)] = after;
         }
-        const double l = joint_length(shape, i);
-        const double per = l > 0 ? 1 / l : 0;
-        const double per_length = per * rest_stiffness(shape.rest[i]);
-        b.joints[b.joint_index(s, i, 0)] = bend1 * per_length / 2;
-        b.joints[b.joint_index(s, i, 1)] = bend2 * per_length / 2;
-        b.joints[b.joint_index(s, i, 2)] = twist * per_length;
-        for (std::size_t c = 0; c < 5; ++c)
-            b.joints[b.joint_index(s, i, 3 + c)] = shape.rest[i][c];
+        const auto joint = joint_numbers(shape, i, scales);
+        for (std::size_t c = 0; c < kRodJoint; ++c) b.joints[b.joint_index(s, i, c)] = joint[c];
     }
 }
 
@@ -259,6 +320,55 @@ void reset_frames(RodBlocks& b, std::size_t s) {
         b.ends[b.end_index(s, 6 + c)] = shape.tip.tangent[c];
         b.ends[b.end_index(s, 9 + c)] = shape.tip.director[c];
     }
+}
+
+void place_strand(RodBlocks& b, std::size_t s, const RodStrand& strand) {
+    RodShape& shape = b.shapes[s];
+    shape.material = strand.material;
+    shape.added_mass = strand.added_mass;
+    const auto& rest = strand.rest_points.empty() ? strand.points : strand.rest_points;
+    const std::size_t last = strand.points.size() - 1;
+    for (std::size_t i = 0; i <= last; ++i)
+        for (std::size_t c = 0; c < 3; ++c) {
+            b.x[b.index(s, i, c)] = strand.points[i][c] - b.origin[c];
+            if (!strand.velocities.empty()) b.v[b.index(s, i, c)] = strand.velocities[i][c];
+        }
+    for (std::size_t j = 0; j < strand.angles.size(); ++j) b.x[b.index(s, j, 3)] = strand.angles[j];
+
+    if (!strand.rest_points.empty()) open_folds(b, s);
+    // the root's frame; of a free root that of the first rest edge
+    const Double3 first = unit(subtract(rest[1], rest[0]));
+    shape.root.kind = strand.root;
+    shape.root.tangent = strand.root == RodEnd::clamped && strand.root_frame.tangent
+                             ? unit(*strand.root_frame.tangent)
+                             : first;
+    shape.root.director = normal_across(strand.root_frame.normal, shape.root.tangent);
+    shape.tip.kind = strand.tip;
+    shape.tip.tangent = strand.tip == RodEnd::clamped && strand.tip_frame.tangent
+                            ? unit(*strand.tip_frame.tangent)
+                            : unit(subtract(rest[last], rest[last - 1]));
+    rest_from_points(rest, shape);
+    if (strand.natural_curvature)
+        rest_from_curvature(*strand.natural_curvature, strand.natural_twist, shape);
+    relieve(strand.rest_strain, shape);
+
+    shape.tip.director = any_normal(shape.tip.tangent);
+    reset_frames(b, s);
+    // without a normal of its own the tip is clamped as it comes, without twist
+    if (strand.tip_frame.normal) {
+        shape.tip.director = normal_across(strand.tip_frame.normal, shape.tip.tangent);
+    } else {
+        const auto frame = [&](std::size_t from) {
+            const auto at = [&](std::size_t c) {
+                return b.frames[b.frame_index(s, last - 1, from + c)];
+            };
+            return Vec{at(0), at(1), at(2)};
+        };
+        const Directors<Double1> directors =
+            material_directors(frame(0), frame(3), Double1(b.x[b.index(s, last - 1, 3)]));
+        shape.tip.director = plain(transport(frame(0), vec(shape.tip.tangent), directors.m1));
+    }
+    reset_frames(b, s);
 }
 
 }  // namespace keratin

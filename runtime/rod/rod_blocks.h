@@ -124,6 +124,12 @@ void rest_from_points(std::span<const Double3> points, RodShape& shape);
 // A joint with a rest bend also has its stiffness corrected, see rest_stiffness.
 void rest_from_curvature(const std::array<double, 2>& curvature, double twist, RodShape& shape);
 
+// Rest values of a joint less a strain: the joint turns back by the twist that is taken off, half
+// of it on either edge (METHODS §2.2, rest state).
+std::array<double, 5> relieved(const std::array<double, 5>& rest, const RodStrain& strain);
+// Takes the strain, [edges] or empty, off a rest shape that came from points.
+void relieve(std::span<const RodStrain> strain, RodShape& shape);
+
 // Lays out strands that have been checked; ends that clamp need their directions (fill_end_frames).
 RodBlocks make_blocks(std::span<const RodStrand> strands, std::uint32_t lanes);
 
@@ -132,6 +138,13 @@ struct RodScales {
     double stretch = 1, bend = 1, twist = 1;
 };
 void write_strand(RodBlocks& blocks, std::size_t s, const RodScales& scales);
+// Stiffness and rest values of joint i, as JointMaterial in rod_energy.h.
+std::array<double, kRodJoint> joint_numbers(const RodShape& shape, std::size_t i,
+                                            const RodScales& scales);
+
+// Puts a strand as given: positions, velocities and angles, its ends' frames and its rest shape,
+// and frames without twist. Held ends stay to be anchored and write_strand to be called.
+void place_strand(RodBlocks& blocks, std::size_t s, const RodStrand& strand);
 
 // Frames without twist from the root on, from positions and the root's director; angles are kept.
 void reset_frames(RodBlocks& blocks, std::size_t s);

@@ -85,6 +85,18 @@ Result<void> check_strand(const RodStrand& s, const std::string& where) {
     if (s.natural_curvature &&
         (!std::isfinite((*s.natural_curvature)[0]) || !std::isfinite((*s.natural_curvature)[1])))
         return bad(where + ".natural_curvature", "is not finite");
+    if (!s.rest_strain.empty()) {
+        const std::string at = where + ".rest_strain";
+        if (s.natural_curvature) return bad(at, "cannot go with natural_curvature");
+        if (s.rest_strain.size() + 1 != s.points.size()) return bad(at, "needs one entry an edge");
+        for (std::size_t i = 0; i < s.rest_strain.size(); ++i) {
+            const RodStrain& e = s.rest_strain[i];
+            if (!(e.stretch > -1) || !std::isfinite(e.stretch) || !std::isfinite(e.bend[0]) ||
+                !std::isfinite(e.bend[1]) || !std::isfinite(e.twist))
+                return bad(at + "[" + std::to_string(i) + "]",
+                           "must be finite, with a stretch above -1");
+        }
+    }
     if (!std::isfinite(s.natural_twist)) return bad(where + ".natural_twist", "is not finite");
     if (auto r = check_direction(s.root_frame.tangent, where + ".root_direction"); !r) return r;
     if (auto r = check_direction(s.root_frame.normal, where + ".root_normal"); !r) return r;
@@ -105,15 +117,6 @@ Result<void> check_settings(const RodSettings& s) {
     if (s.iterations < 1) return bad("settings.iterations", "must be at least 1");
     if (!(s.tolerance >= 0)) return bad("settings.tolerance", "must not be negative");
     return {};
-}
-
-// A normal that is perpendicular to the tangent and unit, from one that may be missing or parallel.
-Double3 normal_across(const std::optional<Double3>& wanted, const Double3& tangent) {
-    if (wanted) {
-        const Double3 n = unit(*wanted);
-        if (length(subtract(n, scaled(dot(n, tangent), tangent))) > 1e-6) return across(n, tangent);
-    }
-    return any_normal(tangent);
 }
 
 struct Header {
@@ -182,58 +185,13 @@ struct RodSimulation::Impl : RodStepper {
         e.turn = target.turn;
         return {};
     }
-    // An edge that lies exactly on the one before has no side to open to, and its bend no energy. Where
-    // the rest shape is another, such a fold begins opened to one side by kOpened.
-    void open_folds(std::size_t s) {
-        constexpr double kOpened = 1e-3;  // rad
-        for (std::size_t i = 1; i < blocks.edge_count_of(s); ++i) {
-            const Double3 t = unit(edge(s, i - 1)), e = edge(s, i), u = unit(e);
-            if (1 + dot(t, u) > kOpened * kOpened / 2) continue;
-            const Double3 aside = scaled(kOpened * length(e), any_normal(u));
-            for (std::size_t c = 0; c < 3; ++c) blocks.x[blocks.index(s, i + 1, c)] += aside[c];
-        }
-    }
     void build(std::size_t s, const RodStrand& strand);
 };
 
 void RodSimulation::Impl::build(std::size_t s, const RodStrand& strand) {
     RodShape& shape = blocks.shapes[s];
-    shape.material = strand.material;
-    shape.added_mass = strand.added_mass;
-    const auto& rest = strand.rest_points.empty() ? strand.points : strand.rest_points;
     const std::size_t last = strand.points.size() - 1;
-    for (std::size_t i = 0; i <= last; ++i)
-        for (std::size_t c = 0; c < 3; ++c) {
-            blocks.x[blocks.index(s, i, c)] = strand.points[i][c] - blocks.origin[c];
-            if (!strand.velocities.empty()) blocks.v[blocks.index(s, i, c)] = strand.velocities[i][c];
-        }
-    for (std::size_t j = 0; j < strand.angles.size(); ++j)
-        blocks.x[blocks.index(s, j, 3)] = strand.angles[j];
-
-    if (!strand.rest_points.empty()) open_folds(s);
-    // the root's frame; of a free root that of the first rest edge
-    const Double3 first = unit(subtract(rest[1], rest[0]));
-    shape.root.kind = strand.root;
-    shape.root.tangent = strand.root == RodEnd::clamped && strand.root_frame.tangent
-                             ? unit(*strand.root_frame.tangent)
-                             : first;
-    shape.root.director = normal_across(strand.root_frame.normal, shape.root.tangent);
-    shape.tip.kind = strand.tip;
-    shape.tip.tangent = strand.tip == RodEnd::clamped && strand.tip_frame.tangent
-                            ? unit(*strand.tip_frame.tangent)
-                            : unit(subtract(rest[last], rest[last - 1]));
-    rest_from_points(rest, shape);
-    if (strand.natural_curvature)
-        rest_from_curvature(*strand.natural_curvature, strand.natural_twist, shape);
-
-    shape.tip.director = any_normal(shape.tip.tangent);
-    reset_frames(blocks, s);
-    // without a normal of its own the tip is clamped as it comes, without twist
-    shape.tip.director =
-        strand.tip_frame.normal
-            ? normal_across(strand.tip_frame.normal, shape.tip.tangent)
-            : plain(transport(vec(frame(s, last - 1, 0)), vec(shape.tip.tangent), vec(director(s, last - 1))));
-    reset_frames(blocks, s);
+    place_strand(blocks, s, strand);
     anchor(s, RodTip::root);
     anchor(s, RodTip::tip);
     // a two-point clamp turns its edge's own director

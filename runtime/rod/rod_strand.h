@@ -38,6 +38,15 @@ struct RodEndFrame {
     std::optional<Double3> normal;   // director m_1
 };
 
+// Elastic strain of an edge and of the joint at its start, joint 0 at a clamped root. omega as in
+// METHODS §2.2 (2 tan of half the angle), in the frames without twist that rest points have.
+struct RodStrain {
+    double stretch = 0;            // |e|/|e_rest| - 1, > -1
+    std::array<double, 2> bend{};  // omega - omega_rest about m_2 and -m_1
+    double twist = 0;              // rad
+    bool operator==(const RodStrain&) const = default;
+};
+
 struct RodStrand {
     std::vector<Double3> points;      // [2..] m, initial positions, root first
     std::vector<Double3> velocities;  // [points] m/s, or empty: at rest
@@ -48,6 +57,9 @@ struct RodStrand {
     std::vector<Double3> rest_points;                        // [points] m, or empty
     std::optional<std::array<double, 2>> natural_curvature;  // 1/m about m_1 and m_2
     double natural_twist = 0;                                // 1/m
+    // Strain that the rest points' shape is under, as hair is that bears its weight where it was
+    // groomed: the rest shape lacks it. Not with natural_curvature.
+    std::vector<RodStrain> rest_strain;  // [points - 1], or empty: none
     RodMaterial material;
     std::vector<double> added_mass;  // [points] kg, or empty: beads
     RodEnd root = RodEnd::clamped, tip = RodEnd::free;
