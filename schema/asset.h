@@ -15,7 +15,11 @@ namespace keratin {
 // The revision of the format this code writes. A reader refuses another major revision; a minor
 // revision only adds fields.
 inline constexpr std::uint16_t kAssetMajor = 1;
-inline constexpr std::uint16_t kAssetMinor = 1;
+inline constexpr std::uint16_t kAssetMinor = 2;
+
+// Largest strains in guide_rod_strain: of an edge, omega of a joint about either axis, its twist
+// (rad).
+inline constexpr float kMostRodStretch = 0.5f, kMostRodBend = 8, kMostRodTwist = 30;
 
 struct Hash128 {
     std::uint64_t low = 0, high = 0;

@@ -105,6 +105,7 @@ struct Check {
     Result<void> tiles() const;
     Result<void> render_strands() const;
     Result<void> mesh() const;
+    Result<void> rod_strain() const;
     Result<void> weights(const char* field, std::span<const float> values, std::size_t components,
                          bool tiled) const;
     Result<void> barycentrics(const char* field, std::span<const float> values, bool tiled) const;
@@ -246,6 +247,27 @@ Result<void> Check::tiles() const {
     return {};
 }
 
+Result<void> Check::rod_strain() const {
+    const auto& strain = fields.guide_rod_strain;
+    static constexpr struct {
+        const char* what;
+        float most;
+    } kRange[] = {{"stretch", kMostRodStretch},
+                  {"bend", kMostRodBend},
+                  {"bend", kMostRodBend},
+                  {"twist", kMostRodTwist}};
+    for (std::size_t row = 0; row < strain.size() / (4 * kTileLanes); ++row)
+        for (std::size_t c = 0; c < 4; ++c)
+            for (std::size_t lane = 0; lane < kTileLanes; ++lane) {
+                const std::size_t at = vector_index(row, 4, c, lane);
+                if (!in_range(strain[at], -kRange[c].most, kRange[c].most))
+                    return error("guide_rod_strain[", at, "] is a ", kRange[c].what, " of ",
+                                 strain[at], "; it must be in [", -kRange[c].most, ", ",
+                                 kRange[c].most, "]");
+            }
+    return {};
+}
+
 Result<void> Check::weights(const char* field, std::span<const float> values,
                             std::size_t components, bool tiled) const {
     const std::size_t count = values.size() / components;
@@ -377,6 +399,7 @@ Result<void> check_asset(const AssetInfo& info, const AssetFields& fields,
     if (result) result = check.info_ranges();
     if (result) result = check.distance_grid();
     if (result) result = check.tiles();
+    if (result) result = check.rod_strain();
     if (result) result = check.render_strands();
     if (result) result = check.mesh();
     return result;

@@ -81,7 +81,8 @@ enum class Presence { always, optional };
     X(mesh_triangle,     std::uint32_t, triangle,    3, optional, vertex,        "1", "stored vertices of a stored triangle")                                     \
     X(mesh_triangle_source, std::uint32_t, triangle, 1, optional, mesh_triangle, "1", "its number in the source mesh, ascending; absent: the same") \
     X(grid_brick,        std::uint32_t, brick,       1, optional, stored_brick,  "1", "stored brick of the distance grid; kNoBrick: all of it lies outside the mesh") \
-    X(grid_distance,     float,         brick_node,  1, optional, none,          "m", "signed distance of a node to the mesh, negative inside")
+    X(grid_distance,     float,         brick_node,  1, optional, none,          "m", "signed distance of a node to the mesh, negative inside") \
+    X(guide_rod_strain,  float,         row,         4, optional, none,          "1", "rod: elastic strain that the groomed pose is under, of the segment that ends here (stretch |e|/|e_rest| - 1) and of the joint at its start (bend omega about m2 and -m1, METHODS 2.2; twist in rad); absent: the rest shape is the groom")
 // clang-format on
 
 // The fields as spans, member for member as listed above; an absent field is empty. Written by

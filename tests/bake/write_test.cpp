@@ -178,6 +178,22 @@ TEST_CASE("the writer refuses what the opener would refuse, and names field and 
               a.info.levels = {{4, 2}, {2, 1.5f}};
           }),
           "levels[1] scales widths by 1.5");
+    const auto strained = [&](std::size_t at, float value) {
+        SmallAsset a = test::small_asset();
+        std::vector<float> strain(4 * a.guide_length.size(), 0);
+        strain[at] = value;
+        AssetFields fields = a.fields();
+        fields.guide_rod_strain = strain;
+        const auto bytes = serialise_asset(a.info, fields, "head.kera");
+        return bytes ? "" : to_string(bytes.error());
+    };
+    const auto component = [](std::size_t c) { return vector_index(5, 4, c, 3); };
+    CHECK(strained(component(3), 29) == "");
+    names(strained(component(1), std::numeric_limits<float>::infinity()), "guide_rod_strain[339]");
+    names(strained(component(0), -0.75f),
+          "guide_rod_strain[323] is a stretch of -0.75; it must be in [-0.5, 0.5]");
+    names(strained(component(2), 9), "is a bend of 9; it must be in [-8, 8]");
+    names(strained(component(3), -31), "is a twist of -31");
     names(message_of([](SmallAsset& a) { a.info.guide_error = {"kmeans", -1, 0, 0}; }),
           "guide_error holds -1");
 }

@@ -35,7 +35,10 @@ double walk(const AssetView& asset) {
         for (std::size_t row = f.tile_first_row[t]; row < f.tile_first_row[t + 1]; ++row)
             for (std::size_t lane = 0; lane < kTileLanes; ++lane)
                 sum += f.guide_position[vector_index(row, 3, 2, lane)] +
-                       f.guide_length[scalar_index(row, lane)];
+                       f.guide_length[scalar_index(row, lane)] +
+                       (f.guide_rod_strain.empty()
+                            ? 0
+                            : f.guide_rod_strain[vector_index(row, 4, 3, lane)]);
     for (std::size_t s = 0; s + 1 < f.strand_first_point.size(); ++s) {
         for (std::size_t p = f.strand_first_point[s]; p < f.strand_first_point[s + 1]; ++p)
             sum += f.strand_position[3 * p + 2];

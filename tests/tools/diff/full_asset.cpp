@@ -45,6 +45,7 @@ FullAsset full_asset() {
     a.info.guide_error = {"kmeans", 0.001f, 0.004f, 0.02f};
 
     const std::size_t lanes = a.guide_strand.size(), strands = a.strand_id.size();
+    a.guide_rod_strain.assign(4 * a.guide_length.size(), 1e-3f);
     a.guide_density.assign(a.guide_length.size(), 40);
     a.guide_bone.assign(lanes * 4, 0);
     a.guide_bone_weight.assign(lanes * 4, 0);
