@@ -25,6 +25,9 @@
 #include "bake/stage/weights.h"
 #include "bake/write.h"
 #include "runtime/export/strand_export.h"
+#ifdef KERATIN_WITH_ROD
+#include "runtime/rod/rod_statics.h"
+#endif
 #include "runtime/simulation.h"
 #include "schema/asset_view.h"
 #include "schema/file_hash.h"
@@ -95,7 +98,7 @@ class Stages {
 
   private:
     static constexpr double kQuietSeconds = 1;
-    static constexpr int kBarWidth = 20, kStageCount = 18;
+    static constexpr int kBarWidth = 20, kStageCount = 19;
 
     void end() {
         if (name_ == nullptr) return;
@@ -325,6 +328,35 @@ Result<GroomMotion> shake(const Groom& groom, std::span<const GroupInfo> groups,
     return out;
 }
 
+// What the rod solver's statics say of a guide.
+HeldRod hold_rod([[maybe_unused]] std::span<const std::array<double, 3>> points,
+                 [[maybe_unused]] const std::array<double, 3>& director,
+                 [[maybe_unused]] const Material& material) {
+    HeldRod out;
+#ifdef KERATIN_WITH_ROD
+    static_assert(kMostBorneStretch <= kMostRodStretch && kMostBorneBend <= kMostRodBend &&
+                  kMostBorneTwist <= kMostRodTwist);
+    RodStrand strand;
+    strand.points.assign(points.begin(), points.end());
+    strand.material = {{material.radius, material.radius2},
+                       material.density,
+                       material.youngs_modulus,
+                       material.poisson_ratio,
+                       material.viscosity,
+                       0};
+    strand.root = RodEnd::clamped;
+    strand.root_frame.normal = director;
+    const WeightBorne borne = bear_weight(strand, {0, -9.81, 0});
+    for (const RodStrain& s : borne.strain)
+        out.strain.push_back({static_cast<float>(s.stretch), static_cast<float>(s.bend[0]),
+                              static_cast<float>(s.bend[1]), static_cast<float>(s.twist)});
+    out.held = borne.held;
+    out.residual = borne.residual;
+    out.settles = borne.settles;
+#endif
+    return out;
+}
+
 // CPU time of each thread that has worked so far, and the most memory that was resident.
 BakeReport::Cost cost_so_far() {
     BakeReport::Cost out;
@@ -407,6 +439,12 @@ Result<Baked> bake(const Options& options) {
     if (!carriers) return carriers.error();
     out.info.groups = group_settings(groom, *recipe, findings);
     const auto sag_free = sag_free_groups(out.info.groups, *recipe);
+    const auto rod_sag_free = rod_sag_free_groups(out.info.groups, *recipe);
+#ifndef KERATIN_WITH_ROD
+    if (std::ranges::count(rod_sag_free, 1) > 0)
+        return Error{ErrorCode::unsupported, recipe->file + ": rod.sag_free",
+                     "this build has no rod solver; build with KERATIN_WITH_ROD or leave it out"};
+#endif
     stages.begin("motion");
     std::optional<GroomMotion> motion;
     if (recipe->guide_method == GuideMethod::motion) {
@@ -442,6 +480,11 @@ Result<Baked> bake(const Options& options) {
     stages.begin("sag-free");
     if (std::ranges::count(sag_free, 1) > 0) {
         out.report.sag_free = make_sag_free(out.info.groups, sag_free, out.arrays, findings);
+    }
+    stages.begin("sag-free rods");
+    if (std::ranges::count(rod_sag_free, 1) > 0) {
+        out.report.rod_sag_free =
+            make_rods_sag_free(out.info.groups, rod_sag_free, hold_rod, out.arrays, findings);
     }
     stages.begin("mesh");
     store_mesh(mesh, roots, *recipe, out.info, out.arrays);
@@ -542,6 +585,11 @@ std::string explain(const Baked& baked) {
               ? std::to_string(baked.report.sag_free->guides) + " guides, of which " +
                     std::to_string(baked.report.sag_free->too_soft) + " are too soft"
               : "\"strand\": { \"sag_free\": true } asks for them");
+    stage("sag-free rest shapes of rods", baked.report.rod_sag_free.has_value(),
+          baked.report.rod_sag_free
+              ? std::to_string(baked.report.rod_sag_free->guides) + " guides, of which " +
+                    std::to_string(baked.report.rod_sag_free->too_soft) + " are too soft"
+              : "\"rod\": { \"sag_free\": true } asks for them");
     stage("quantise", baked.info.packed,
           baked.info.packed ? "\"quantise\" is written" : "\"quantise\" is not written");
     out += "levels of detail\n";

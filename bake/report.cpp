@@ -42,6 +42,21 @@ std::string millimetres(const Spread& s) {
 
 Json to_json(const Spread& s) { return Json{{"mean", s.mean}, {"p95", s.p95}, {"max", s.max}}; }
 
+Json to_json(const BakeReport::SagFree& sag) {
+    Json out{{"guides", sag.guides},
+             {"too_soft", sag.too_soft},
+             {"residual", to_json(sag.residual)},
+             {"settles", to_json(sag.settles)}};
+    Json& each = out["each"] = Json::array();
+    for (const BakeReport::SagFree::Guide& guide : sag.each) {
+        each.push_back({{"strand", guide.strand},
+                        {"held", guide.held},
+                        {"residual", guide.residual},
+                        {"settles", guide.settles}});
+    }
+    return out;
+}
+
 Json to_json(const Finding& finding) {
     const RuleDescription& rule = describe(finding.rule);
     Json out{{"code", rule.code},
@@ -172,14 +187,18 @@ std::string report_text(const BakeReport& report, std::span<const Finding> findi
         line("guides by " + report.reconstruction->method +
              ", reconstruction error: " + millimetres(report.reconstruction->error));
     }
-    if (const auto& sag = report.sag_free) {
-        line(format("sag-free: %llu guides, %llu too soft; force left over weight: p95 %.2g, max %.2g; "
+    const auto sag_line = [&](const char* name, const std::optional<BakeReport::SagFree>& sag) {
+        if (!sag) return;
+        line(name +
+             format(": %llu guides, %llu too soft; force left over weight: p95 %.2g, max %.2g; "
                     "settle off the groom: ",
                     static_cast<unsigned long long>(sag->guides),
                     static_cast<unsigned long long>(sag->too_soft), sag->residual.p95,
                     sag->residual.max) +
              millimetres(sag->settles));
-    }
+    };
+    sag_line("sag-free", report.sag_free);
+    sag_line("sag-free rods", report.rod_sag_free);
     if (const auto& quantised = report.quantised) {
         line("positions in 16 bits: " + std::to_string(quantised->bytes) + " bytes instead of " +
              std::to_string(quantised->bytes_before) + "; error " +
@@ -247,19 +266,8 @@ std::string report_json(const BakeReport& report, std::span<const Finding> findi
         out["reconstruction"] = {{"method", report.reconstruction->method},
                                  {"error", to_json(report.reconstruction->error)}};
     }
-    if (const auto& sag = report.sag_free) {
-        out["sag_free"] = {{"guides", sag->guides},
-                           {"too_soft", sag->too_soft},
-                           {"residual", to_json(sag->residual)},
-                           {"settles", to_json(sag->settles)}};
-        Json& each = out["sag_free"]["each"] = Json::array();
-        for (const BakeReport::SagFree::Guide& guide : sag->each) {
-            each.push_back({{"strand", guide.strand},
-                            {"held", guide.held},
-                            {"residual", guide.residual},
-                            {"settles", guide.settles}});
-        }
-    }
+    if (report.sag_free) out["sag_free"] = to_json(*report.sag_free);
+    if (report.rod_sag_free) out["rod_sag_free"] = to_json(*report.rod_sag_free);
     if (const auto& quantised = report.quantised) {
         out["quantised"] = {{"bytes", quantised->bytes},
                             {"bytes_before", quantised->bytes_before},

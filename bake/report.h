@@ -43,7 +43,8 @@ enum class Severity { note, warning, error };
     X(duplicate_strand,    "KB022", "duplicate-strand",    warning, "Strands with the same points as an earlier strand.")      \
     X(unusable_curve,      "KB023", "unusable-curve",      warning, "Curves of which nothing can be made (too few points, unsound knots or weights, numbers that are not finite) are left out.") \
     X(curve_file,          "KB024", "curve-file",          warning, "Something that a curve file says could not be used as it stands; what was done instead is said.") \
-    X(sags,                "KB025", "sags",                warning, "Guides are too soft to be made sag-free: they settle off their groomed pose.")
+    X(sags,                "KB025", "sags",                warning, "Guides are too soft to be made sag-free: they settle off their groomed pose.") \
+    X(rod_sags,            "KB026", "rod-sags",            warning, "Guides are too soft to be made sag-free for the rod solver: as rods they settle off their groomed pose.")
 // clang-format on
 
 enum class Rule : std::uint8_t {
@@ -166,7 +167,7 @@ struct BakeReport {
     // Rest shapes made to bear the weight in the groomed pose.
     struct SagFree {
         std::uint64_t guides = 0, too_soft = 0;
-        Spread residual;  // unbalanced force across a segment over the strand's weight
+        Spread residual;  // unbalanced force across a segment (rods: on a point) over the weight
         Spread settles;   // m, from the groomed pose to where a guide comes to rest
         struct Guide {
             std::uint32_t strand = 0;
@@ -175,7 +176,7 @@ struct BakeReport {
         };
         std::vector<Guide> each;  // by strand number
     };
-    std::optional<SagFree> sag_free;
+    std::optional<SagFree> sag_free, rod_sag_free;
 
     // Rest positions stored in 16 bits a coordinate.
     struct Quantised {

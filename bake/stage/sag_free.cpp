@@ -94,16 +94,49 @@ Guide hold(std::span<const V> points, StrandStatics& s) {
     return out;
 }
 
+std::vector<std::uint8_t> chosen_groups(std::span<const GroupInfo> groups, const Recipe& recipe,
+                                        bool all, bool GroupRecipe::*own_choice) {
+    std::vector<std::uint8_t> out;
+    for (const GroupInfo& group : groups) {
+        out.push_back(all);
+        for (const GroupRecipe& own : recipe.groups)
+            if (own.name == group.name) out.back() = own.*own_choice;
+    }
+    return out;
+}
+
+// The report of the guides that were made sag-free; those that could not be are named.
+BakeReport::SagFree summary(std::span<const std::optional<Guide>> guides, Rule rule,
+                            const char* message, Findings& findings) {
+    BakeReport::SagFree out;
+    for (const std::optional<Guide>& guide : guides)
+        if (guide) out.each.push_back(*guide);
+    std::ranges::stable_sort(out.each, {}, &Guide::strand);
+    std::vector<double> residuals, settles;
+    std::vector<std::uint32_t> soft;
+    for (const Guide& guide : out.each) {
+        residuals.push_back(guide.residual);
+        settles.push_back(guide.settles);
+        if (!guide.held) soft.push_back(guide.strand);
+    }
+    out.guides = out.each.size();
+    out.too_soft = soft.size();
+    out.residual = spread_of(std::move(residuals));
+    out.settles = spread_of(std::move(settles));
+    if (!soft.empty())
+        findings.push_back({rule, "", std::to_string(soft.size()) + message, to_ranges(soft)});
+    return out;
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> sag_free_groups(std::span<const GroupInfo> groups, const Recipe& recipe) {
-    std::vector<std::uint8_t> out;
-    for (const GroupInfo& group : groups) {
-        out.push_back(recipe.sag_free);
-        for (const GroupRecipe& own : recipe.groups)
-            if (own.name == group.name) out.back() = own.sag_free;
-    }
-    return out;
+    return chosen_groups(groups, recipe, recipe.sag_free, &GroupRecipe::sag_free);
+}
+
+std::vector<std::uint8_t> rod_sag_free_groups(std::span<const GroupInfo> groups,
+                                              const Recipe& recipe) {
+    return chosen_groups(groups, recipe, recipe.rod_sag_free, &GroupRecipe::rod_sag_free);
 }
 
 BakeReport::SagFree make_sag_free(std::span<const GroupInfo> groups,
@@ -151,29 +184,42 @@ BakeReport::SagFree make_sag_free(std::span<const GroupInfo> groups,
                 arrays.guide_shape[(3 * from + k) * kTileLanes + (i - 1) % kTileLanes];
     }
 
-    BakeReport::SagFree out;
-    for (const std::optional<Guide>& guide : guides)
-        if (guide) out.each.push_back(*guide);
-    std::ranges::stable_sort(out.each, {}, &Guide::strand);
-    std::vector<double> residuals, settles;
-    std::vector<std::uint32_t> soft;
-    for (const Guide& guide : out.each) {
-        residuals.push_back(guide.residual);
-        settles.push_back(guide.settles);
-        if (!guide.held) soft.push_back(guide.strand);
+    return summary(guides, Rule::sags,
+                   " guides are too soft to hold their groomed pose under gravity and will sag; a "
+                   "larger `radius` or `youngs_modulus` holds them",
+                   findings);
+}
+
+BakeReport::SagFree make_rods_sag_free(std::span<const GroupInfo> groups,
+                                       std::span<const std::uint8_t> chosen, const HoldRod& hold,
+                                       AssetArrays& arrays, Findings& findings) {
+    const std::size_t lanes = arrays.guide_group.size();
+    arrays.guide_rod_strain.assign(4 * arrays.guide_length.size(), 0);
+    std::vector<std::optional<Guide>> guides(lanes);
+#pragma omp parallel for schedule(dynamic, 4)
+    for (std::size_t i = 0; i < lanes; ++i) {
+        const std::size_t count = arrays.guide_point_count[i];
+        if (count < 2 || !chosen[arrays.guide_group[i]]) continue;
+        const std::size_t first = arrays.tile_first_row[i / kTileLanes], lane = i % kTileLanes;
+        const auto vector = [&](const std::vector<float>& field, std::size_t p) {
+            std::array<double, 3> out;
+            for (std::size_t c = 0; c < 3; ++c)
+                out[c] = double(field[vector_index(first + p, 3, c, lane)]);
+            return out;
+        };
+        std::vector<std::array<double, 3>> points;
+        for (std::size_t p = 0; p < count; ++p) points.push_back(vector(arrays.guide_position, p));
+        const HeldRod rod =
+            hold(points, vector(arrays.guide_shape, 0), groups[arrays.guide_group[i]].material);
+        guides[i] = {arrays.strand_id[arrays.guide_strand[i]], rod.held, rod.residual, rod.settles};
+        for (std::size_t p = 1; p < count; ++p)
+            for (std::size_t c = 0; c < 4; ++c)
+                arrays.guide_rod_strain[vector_index(first + p, 4, c, lane)] = rod.strain[p - 1][c];
     }
-    out.guides = out.each.size();
-    out.too_soft = soft.size();
-    out.residual = spread_of(std::move(residuals));
-    out.settles = spread_of(std::move(settles));
-    if (!soft.empty()) {
-        findings.push_back({Rule::sags, "",
-                            std::to_string(soft.size()) +
-                                " guides are too soft to hold their groomed pose under gravity and "
-                                "will sag; a larger `radius` or `youngs_modulus` holds them",
-                            to_ranges(soft)});
-    }
-    return out;
+    return summary(guides, Rule::rod_sags,
+                   " guides are too soft to hold their groomed pose under gravity as rods and will "
+                   "sag; a larger `radius` or `youngs_modulus` holds them",
+                   findings);
 }
 
 }  // namespace keratin

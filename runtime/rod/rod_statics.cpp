@@ -23,9 +23,6 @@ Double3 plain(const Vec& a) { return {a.x.v, a.y.v, a.z.v}; }
 constexpr double kHeld = 1e-6;
 // ... and when its slowest motion has a squared frequency above this share of a pendulum's as long.
 constexpr double kFirm = 1e-3;
-// Strains beyond these are no hair's; a joint that would need them passes on what it can.
-constexpr double kMostStretch = 0.5, kMostBend = 8, kMostTwist = 30;
-
 // A strand that cannot be held bears none of the weight in its rest shape, or this share of it:
 // what brings it nearer. More topples over the other way, and shares between differ by a few per
 // cent.
@@ -137,7 +134,8 @@ std::vector<Double3> stretch_edges(const Alone& a, const Double3& gravity,
             beyond += m.density * area * (rest[j] + (j + 1 < edges ? rest[j + 1] : 0)) / 2;
             load[j] = scaled(beyond, gravity);
             const double stretch = dot(load[j], unit(a.edge(j))) / (m.youngs_modulus * area);
-            strain[j].stretch = to_float(std::clamp(stretch, -kMostStretch, kMostStretch));
+            strain[j].stretch =
+                to_float(std::clamp(stretch, -kMostBorneStretch, kMostBorneStretch));
         }
         for (std::size_t j = 0; j < edges; ++j)
             rest[j] = length(a.edge(j)) / (1 + strain[j].stretch);
@@ -185,8 +183,8 @@ void bear(BornJoint& j, const Double3& force, double moment, double size, RodStr
                        dot(f, plain(j.joint.after.m2)) * length, g.after.v - moment};
     };
     const auto inside = [](const Triple& s) {
-        return std::fabs(s[0]) < kMostBend && std::fabs(s[1]) < kMostBend &&
-               std::fabs(s[2]) < kMostTwist;
+        return std::fabs(s[0]) < kMostBorneBend && std::fabs(s[1]) < kMostBorneBend &&
+               std::fabs(s[2]) < kMostBorneTwist;
     };
     Triple s{};
     Double3 now = off(s);

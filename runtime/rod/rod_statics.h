@@ -16,6 +16,10 @@
 
 namespace keratin {
 
+// The largest strains that bear_weight gives: no hair stands more. A joint that would need more
+// passes on what it can.
+inline constexpr double kMostBorneStretch = 0.5, kMostBorneBend = 8, kMostBorneTwist = 30;
+
 struct WeightBorne {
     // [points - 1], for RodStrand::rest_strain; rounded to float, as an asset stores it.
     std::vector<RodStrain> strain;

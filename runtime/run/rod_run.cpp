@@ -87,7 +87,8 @@ RodStrand to_rod(const SceneStrand& in) {
 }
 
 // A guide as a rod: clamped at its root point, along its first segment, with the root frame's
-// director u as m_1 (METHODS 2.2, convention A). Its rest shape is the groom.
+// director u as m_1 (METHODS 2.2, convention A). Its rest shape is the groom, less the strain under
+// which that bears its weight where the asset stores one.
 RodStrand to_rod(const AssetBody& body, std::uint32_t lane, const RigidTransform& root) {
     const AssetFields& fields = body.asset.fields();
     const measure::Rigid carry = to_rigid(root);
@@ -98,6 +99,14 @@ RodStrand to_rod(const AssetBody& body, std::uint32_t lane, const RigidTransform
     const Material& m = body.asset.info().groups[fields.guide_group[lane]].material;
     out.material = {{m.radius, m.radius2}, m.density,   m.youngs_modulus,
                     m.poisson_ratio,       m.viscosity, 0};
+    if (!fields.guide_rod_strain.empty())
+        for (std::uint32_t p = 1; p < fields.guide_point_count[lane]; ++p) {
+            const auto at = [&](std::size_t c) {
+                const std::size_t row = fields.tile_first_row[lane / kTileLanes] + p;
+                return double(fields.guide_rod_strain[vector_index(row, 4, c, lane % kTileLanes)]);
+            };
+            out.rest_strain.push_back({at(0), {at(1), at(2)}, at(3)});
+        }
     out.root = RodEnd::clamped;
     out.root_frame.normal =
         to_double3(turn(carry, guide_point(fields.guide_shape, fields, lane, 0)));

@@ -63,6 +63,10 @@ Result<void> read_strand(const TypedJson& json, const std::string& path, const f
     return {};
 }
 
+void read_rod(const fb::Rod* in, bool& sag_free) {
+    if (in && in->sag_free()) sag_free = *in->sag_free();
+}
+
 Result<void> read_material(const TypedJson& json, const std::string& path, const fb::Material* in,
                            Material& out) {
     if (!in) return {};
@@ -110,7 +114,8 @@ Result<void> read_groups(const TypedJson& json, const fb::Recipe& in, Recipe& ou
     for (flatbuffers::uoffset_t i = 0; i < in.groups()->size(); ++i) {
         const fb::Group& group = *in.groups()->Get(i);
         const std::string path = "groups[" + std::to_string(i) + "]";
-        GroupRecipe recipe{group.name()->str(), out.material, out.strand, out.sag_free};
+        GroupRecipe recipe{group.name()->str(), out.material, out.strand, out.sag_free,
+                           out.rod_sag_free};
         if (!names.insert(recipe.name).second)
             return json.wrong(path + ".name", "the group `" + recipe.name + "` is described twice");
         if (auto ok = read_material(json, path + ".material", group.material(), recipe.material);
@@ -120,6 +125,7 @@ Result<void> read_groups(const TypedJson& json, const fb::Recipe& in, Recipe& ou
                                   recipe.sag_free);
             !ok)
             return ok;
+        read_rod(group.rod(), recipe.rod_sag_free);
         out.groups.push_back(std::move(recipe));
     }
     return {};
@@ -177,6 +183,7 @@ std::vector<std::string> defaulted_fields(const fb::Recipe& in) {
     note(strand && (strand->wind_response().has_value() || strand->wind_response_ramp()),
          "strand.wind_response");
     note(strand && strand->sag_free().has_value(), "strand.sag_free");
+    note(in.rod() && in.rod()->sag_free().has_value(), "rod.sag_free");
     note(in.colliders().has_value(), "colliders");
     note(in.push_out().has_value(), "push_out");
     note(in.quantise() != nullptr, "quantise");
@@ -215,6 +222,7 @@ Result<Recipe> parse_recipe(const std::string& text, const std::string& name,
         return ok.error();
     if (auto ok = read_strand(json, "strand", in.strand(), out.strand, out.sag_free); !ok)
         return ok.error();
+    read_rod(in.rod(), out.rod_sag_free);
     if (auto ok = read_groups(json, in, out); !ok) return ok.error();
     if (in.colliders()) out.colliders = same_word<ColliderMethod>(*in.colliders());
     if (in.push_out()) out.push_out = *in.push_out();

@@ -33,7 +33,7 @@ struct GroupRecipe {
     std::string name;
     Material material;  // already filled with the recipe's own where not given
     StrandParameters strand;
-    bool sag_free = false;
+    bool sag_free = false, rod_sag_free = false;
 };
 
 struct Recipe {
@@ -56,6 +56,7 @@ struct Recipe {
     Material material;
     StrandParameters strand;
     bool sag_free = false;  // rest shapes with which the groomed pose bears its weight
+    bool rod_sag_free = false;  // the same for the rod solver
     std::vector<GroupRecipe> groups;
     ColliderMethod colliders = ColliderMethod::none;
     bool push_out = false;

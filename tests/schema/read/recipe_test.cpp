@@ -34,7 +34,7 @@ TEST_CASE("a recipe with nothing but curves takes every default and says so") {
     CHECK(recipe->strand == StrandParameters{});
     CHECK(recipe->material == Material{});
     CHECK(std::count(recipe->defaulted.begin(), recipe->defaulted.end(), "guides.fraction") == 1);
-    CHECK(recipe->defaulted.size() == 26);
+    CHECK(recipe->defaulted.size() == 27);
 }
 
 TEST_CASE("every field of a recipe is read") {
@@ -56,7 +56,9 @@ TEST_CASE("every field of a recipe is read") {
                   "global_length": 0.2, "length_damping": 0.8, "wind_response": 2,
                   "sag_free": true },
       "groups": [ { "name": "top", "strand": { "damping": 0.7 }, "material": { "radius": 1e-4 } },
-                  { "name": "tail", "strand": { "sag_free": false } } ],
+                  { "name": "tail", "strand": { "sag_free": false },
+                    "rod": { "sag_free": false } } ],
+      "rod": { "sag_free": true },
       "colliders": "fit", "push_out": true })";
     auto recipe = parse_recipe(text, "grooms/x/groom.json", "grooms/x");
     INFO((recipe ? "" : to_string(recipe.error())));
@@ -96,6 +98,9 @@ TEST_CASE("every field of a recipe is read") {
     CHECK(recipe->groups[0].material.density == 1320);
     CHECK(recipe->groups[0].sag_free);
     CHECK_FALSE(recipe->groups[1].sag_free);
+    CHECK(recipe->rod_sag_free);
+    CHECK(recipe->groups[0].rod_sag_free);
+    CHECK_FALSE(recipe->groups[1].rod_sag_free);
     CHECK(recipe->colliders == ColliderMethod::fit);
     CHECK(recipe->push_out);
     CHECK(recipe->defaulted.empty());
