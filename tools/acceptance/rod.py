@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import pathlib
 
 from acceptance.demand import at_least, at_most, demand, equal_to, near
@@ -187,3 +188,58 @@ def _(work):
 @demand("hairball, turning phase: mean contacts", at_least(3000))
 def _(work):
     return row(work, "hairball, turning phase: contacts", 2, "hairball")["value"]
+
+
+# ---- sag-free -----------------------------------------------------------------------------------------
+
+
+def rods_at_rest(work, sag_free):
+    """Report of the ponytail head's bake, and the distances (m) of the guides' tips, as rods, from the groom after 3 s at rest, ascending."""
+    def measure():
+        source = (work.root / "data/ponytail/head.json").read_text()
+        recipe = json.loads("\n".join(line.split("//")[0] for line in source.splitlines()))
+        for named in [*recipe["curves"], recipe["mesh"]]:
+            named["file"] = os.path.relpath(work.root / "data/x" / named["file"], work.folder)
+        recipe["rod"] = {"sag_free": sag_free}
+        recipe["guides"] = {"measure": False}
+        name = "sag_free_rods" if sag_free else "rods"
+        report = work.json(f"keratin-bake {work.write(name + '.json', json.dumps(recipe))} -o {work.path(name + '.kera')} --json")
+        scene = {"solver": "rod", "duration": 3, "step": 0.002, "settings": {"contact": "none"}, "assets": [{"file": f"{name}.kera"}]}
+        work.run(f"keratin-run {work.write(name + '.scene.json', json.dumps(scene))} --points {work.path(name + '.csv')} --every 180 --quiet")
+        tips = {}
+        for line in (work.folder / f"{name}.csv").read_text().splitlines()[1:]:
+            frame, _, strand, _, x, y, z = line.split(",")
+            tips.setdefault(int(frame), {})[int(strand)] = (float(x), float(y), float(z))
+        return report, sorted(math.dist(tips[0][s], tips[180][s]) for s in tips[0])
+    return work.once(f"rods at rest {sag_free}", measure)
+
+
+@demand("sag-free: nine in ten of the ponytail head's guides can be held as rods, the others are named", at_least(0.9))
+def _(work):
+    report = rods_at_rest(work, True)[0]
+    rods = report["rod_sag_free"]
+    named = [f["strand_count"] for f in report["findings"] if f["code"] == "KB026"]
+    if named != [rods["too_soft"]]:
+        raise RuntimeError(f"{named} are named of {rods['too_soft']}")
+    return 1 - rods["too_soft"] / rods["guides"]
+
+
+@demand("sag-free: unbalanced force over weight of the rods that can be held", at_most(1e-6))
+def _(work):
+    return max(g["residual"] for g in rods_at_rest(work, True)[0]["rod_sag_free"]["each"] if g["held"])
+
+
+@demand("sag-free: tips of rods that can be held stay where they were groomed for 3 s", at_most(1e-6, "m"))
+def _(work):
+    report, tips = rods_at_rest(work, True)
+    return tips[report["rod_sag_free"]["guides"] - report["rod_sag_free"]["too_soft"] - 1]
+
+
+@demand("sag-free: mean distance of the tips of all rods from the groom against without", at_most(0.15))
+def _(work):
+    return sum(rods_at_rest(work, True)[1]) / sum(rods_at_rest(work, False)[1])
+
+
+@demand("sag-free: rods of random curls and straight strands at rest, soft ones named, same bytes for any threads (tests)", equal_to(True))
+def _(work):
+    return tests(work, "^rod_sag_free|bear their weight|bears its weight|too soft settle")
