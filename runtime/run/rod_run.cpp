@@ -69,7 +69,8 @@ RodStrand to_rod(const SceneStrand& in) {
     for (const Double3& p : in.points) out.points.push_back(to_double3(apply(start, to_point(p))));
     for (const Double3& v : in.velocities)
         out.velocities.push_back(to_double3(turn(start, to_point(v))));
-    out.rest_points = in.rest_points;
+    for (const Double3& p : in.rest_points)
+        out.rest_points.push_back(to_double3(apply(start, to_point(p))));
     out.natural_curvature = in.natural_curvature;
     out.natural_twist = in.natural_twist;
     out.material = {in.radii,         in.density,   in.youngs_modulus,

@@ -399,6 +399,21 @@ TEST_CASE("a free rod falls as a stone does, in implicit steps") {
     CHECK(last["kinetic"].get<double>() == Approx(given * 10 / 11).epsilon(1e-6));
 }
 
+TEST_CASE("a strand whose motion begins turned begins without stress, rest points or none") {
+    const Folder folder;
+    for (const std::string rest : {"", R"("rest_points": [[0,0,0],[0.01,0,0],[0.02,0.002,0]],)"}) {
+        folder.write("rod.json", R"({ "solver": "rod", "frame": 0.01, "duration": 0.05,
+            "settings": { "contact": "none" }, "gravity": [0, 0, 0],
+            "strands": [{ "points": [[0,0,0],[0.01,0,0],[0.02,0.002,0]], )" +
+                                     rest + R"(
+                          "motion": [{ "time": 0, "rotation": [0, 0, 0.6, 0.8] }] }] })");
+        INFO(rest);
+        const json stats = folder.stats("rod.json --threads 1");
+        CHECK(stats["energy"][0]["elastic"].get<double>() < 1e-20);
+        CHECK(stats["max_tip_lag"].get<double>() < 1e-12);
+    }
+}
+
 TEST_CASE("how deep rods are in a collider counts from their surface, also in a mesh") {
     const Folder folder;
     // A cube of 2 m below y = 0, faces as quads; a rod of radius 1 cm lies 2 mm in it and stays.
