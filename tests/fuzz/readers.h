@@ -15,6 +15,7 @@ void run_obj_mesh(std::string_view bytes);
 void run_open_asset(std::string_view bytes);
 void run_poses(std::string_view text);
 void run_recipe(std::string_view text);
+void run_rod_asset(std::string_view bytes);
 void run_saved_run(std::string_view bytes);
 void run_scene(std::string_view text);
 void run_step_asset(std::string_view bytes);

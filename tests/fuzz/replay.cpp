@@ -33,6 +33,7 @@ constexpr Reader kReaders[] = {
     {"poses", run_poses},
     {"recipe", run_recipe},
 #ifdef KERATIN_FUZZ_SAVED_RUNS
+    {"rod_asset", run_rod_asset},
     {"saved_run", run_saved_run},
 #endif
     {"scene", run_scene},

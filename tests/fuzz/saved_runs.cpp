@@ -6,12 +6,12 @@
 #include "schema/files/write_file.h"
 #include "tests/data_dir.h"
 #include "tests/fuzz/demand.h"
+#include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/readers.h"
 
 #include <cstring>
 #include <filesystem>
 #include <string>
-#include <sys/mman.h>
 #include <unistd.h>
 #include <vector>
 
@@ -35,20 +35,6 @@ constexpr char kRodScene[] = R"({
     ],
     "colliders": [ { "plane": { "point": [0,-0.002,0], "normal": [0,1,0] } } ]
 })";
-
-class MemoryFile {
-  public:
-    MemoryFile() : file_(memfd_create("state", 0)) { demand(file_ >= 0, "memory is a file"); }
-    ~MemoryFile() { close(file_); }
-    MemoryFile(const MemoryFile&) = delete;
-    std::string path() const { return "/proc/self/fd/" + std::to_string(file_); }
-    void fill(const std::string& bytes) const {
-        demand(write(file_, bytes.data(), bytes.size()) == ssize_t(bytes.size()), "it fills");
-    }
-
-  private:
-    int file_;
-};
 
 // A run as `--resume` finds it, and the head of a file that it saved.
 struct Resumed {
