@@ -23,10 +23,12 @@ Double3 plain(const Vec& a) { return {a.x.v, a.y.v, a.z.v}; }
 constexpr double kHeld = 1e-6;
 // ... and when its slowest motion has a squared frequency above this share of a pendulum's as long.
 constexpr double kFirm = 1e-3;
-// A strand that cannot be held bears none of the weight in its rest shape, or this share of it:
-// what brings it nearer. More topples over the other way, and shares between differ by a few per
-// cent.
+// A strand that cannot be held is looked for a pose that can, on the way back to its shape from
+// where it sags to with this share of the weight borne; that pose has to be firmer, as it is fallen
+// into, and is found by kPoses halvings of the way.
 constexpr double kShares[] = {0, 0.85};
+constexpr double kFirmer = 5e-3;
+constexpr int kPoses = 6;
 // How a pose that a strand settles in is looked for: to within tolerance (m), nudged by
 // perturbation (m) so that what is balanced does not stay so.
 constexpr double kSettleTolerance = 1e-5, kNudge = 1e-6;
@@ -100,13 +102,14 @@ double residual(const Alone& a, const Double3& gravity) {
     return weight > 0 ? worst / weight : 0;
 }
 
-// Whether the Hessian less kFirm g/L times the masses is positive definite. Weight has no Hessian.
-bool stable(const Alone& a, const Double3& gravity) {
+// Whether the Hessian less `share` g/L times the masses is positive definite. Weight has no
+// Hessian.
+bool stable(const Alone& a, const Double3& gravity, double share) {
     const std::size_t numbers = a.blocks.x.size(), lanes = a.passes.lanes;
     const AlignedDoubles none(numbers);
     AlignedDoubles weight(numbers), exact(lanes);
     AlignedDoubles band((numbers / lanes + 2 * kRodPadRows) * kRodBandWidth * lanes);
-    const double firm = kFirm * length(gravity) / a.length();
+    const double firm = share * length(gravity) / a.length();
     for (std::size_t k = 0; k < numbers; ++k)
         weight[k] = a.blocks.inverse_mass[k] > 0 ? -firm * a.blocks.mass[k] : 0;
     std::fill_n(exact.data(), lanes, 1.0);
@@ -254,33 +257,25 @@ std::vector<RodStrain> strain_of(const RodStrand& plain_strand, const Double3& g
     return out;
 }
 
-double farthest(const RodSimulation& rods, std::span<const Double3> points) {
+// Whether the strand, with its rest strain, is held where it is.
+bool holds(const RodStrand& strand, const Double3& gravity, double share, double& left) {
+    const Alone a(strand);
+    left = residual(a, gravity);
+    return left < kHeld && stable(a, gravity, share);
+}
+
+double farthest(std::span<const Double3> a, std::span<const Double3> b) {
     double most = 0;
-    for (std::size_t i = 0; i < points.size(); ++i)
-        most = std::max(most, length(subtract(rods.position(0, i), points[i])));
+    for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, length(subtract(a[i], b[i])));
     return most;
 }
 
-}  // namespace
-
-WeightBorne bear_weight(const RodStrand& given, const Double3& gravity) {
-    RodStrand strand = given;
-    strand.velocities.clear();
-    strand.angles.clear();
-    strand.rest_points.clear();
-    strand.natural_curvature.reset();
-    strand.rest_strain.clear();
-    const RodStrand shape = strand;
-
-    WeightBorne out;
-    strand.rest_strain = out.strain = strain_of(shape, gravity);
-    {
-        const Alone a(strand);
-        out.residual = residual(a, gravity);
-        out.held = out.residual < kHeld && stable(a, gravity);
-    }
-    if (out.held) return out;
-
+// Where the strand comes to rest.
+struct Rest {
+    std::vector<Double3> points;  // as far as it came; empty where that is nowhere
+    bool still = false;           // it is at rest there
+};
+Rest settled(const RodStrand& strand, const Double3& gravity) {
     SettleOptions settle;
     settle.tolerance = kSettleTolerance;
     settle.perturbation = kNudge;
@@ -288,19 +283,107 @@ WeightBorne bear_weight(const RodStrand& given, const Double3& gravity) {
     settings.gravity = gravity;
     settings.threads = 1;
     settings.instruction_set = InstructionSet::baseline;
+    auto rods = RodSimulation::create({&strand, 1}, settings);
+    if (!rods) return {};
+    const bool still = rods->settle(settle).settled;
+    if (!rods->finite()) return {};
+    return {rods->points(0), still};
+}
+
+// A pose between two: segments as long as those of `to`, their directions blended.
+std::vector<Double3> between(std::span<const Double3> from, std::span<const Double3> to,
+                             double share) {
+    std::vector<Double3> out{to[0]};
+    for (std::size_t i = 1; i < to.size(); ++i) {
+        const Double3 a = subtract(from[i], from[i - 1]), b = subtract(to[i], to[i - 1]);
+        const double l = length(b);
+        const Double3 way = add(scaled((1 - share) / length(a), a), scaled(share / l, b));
+        const double size = length(way);
+        // opposite directions have none between
+        out.push_back(add(out[i - 1], size > 1e-3 ? scaled(l / size, way) : b));
+    }
+    return out;
+}
+
+// The strain that gives the strand `shape` the rest shape of the strand `other` with its strain:
+// the same lengths, another pose. False where it is beyond what an asset stores.
+bool carry_over(const RodStrand& shape, const RodStrand& other, std::vector<RodStrain>& strain) {
+    const Alone a(shape), b(other);
+    const RodShape &here = a.blocks.shapes[0], &there = b.blocks.shapes[0];
+    RodStrand bare = other;
+    bare.rest_strain.clear();
+    const Alone c(bare);
+    strain = other.rest_strain;
+    for (std::size_t i = 0; i < strain.size(); ++i) {
+        const auto &from = here.rest[i], &to = c.blocks.shapes[0].rest[i];
+        for (std::size_t k = 0; k < 2; ++k) {
+            strain[i].bend[k] = to_float(strain[i].bend[k] + from[k] - to[k]);
+            if (!(std::fabs(strain[i].bend[k]) <= kMostBorneBend)) return false;
+        }
+        strain[i].stretch = to_float(here.rest_length[i] / there.rest_length[i] - 1);
+        if (!(std::fabs(strain[i].stretch) <= kMostBorneStretch)) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+WeightBorne bear_weight(const RodStrand& given, const Double3& gravity) {
+    RodStrand shape = given;
+    shape.velocities.clear();
+    shape.angles.clear();
+    shape.rest_points.clear();
+    shape.natural_curvature.reset();
+    shape.rest_strain.clear();
+
+    WeightBorne out;
+    RodStrand strand = shape;
+    strand.rest_strain = out.strain = strain_of(shape, gravity);
+    out.held = holds(strand, gravity, kFirm, out.residual);
+    if (out.held) return out;
+
+    // Without strain, or with a rest shape that holds the nearest pose on the way back.
     bool any = false;
-    for (const double share : kShares) {
-        strand.rest_strain = share == 0 ? std::vector<RodStrain>(shape.points.size() - 1)
-                                        : strain_of(shape, scaled(share, gravity));
-        auto rods = RodSimulation::create({&strand, 1}, settings);
-        if (!rods) continue;
-        const bool settled = rods->settle(settle).settled;
-        const double settles = farthest(*rods, shape.points);
-        if (any && (!settled || !(settles < out.settles))) continue;
+    const auto offer = [&](const std::vector<RodStrain>& strain) {
+        strand = shape;
+        strand.rest_strain = strain;
+        const Rest there = settled(strand, gravity);
+        const double settles =
+            there.points.empty() ? 2 * Alone(shape).length() : farthest(there.points, shape.points);
+        if (any && !(there.still && settles < out.settles)) return;
         any = true;
         out.settles = settles;
-        out.strain = strand.rest_strain;
+        out.strain = strain;
+    };
+    std::vector<RodStrain> none(shape.points.size() - 1);
+    offer(none);
+    for (const double share : kShares) {
+        strand = shape;
+        if (share > 0) strand.rest_strain = strain_of(shape, scaled(share, gravity));
+        const Rest sagged = settled(strand, gravity);
+        if (!sagged.still) continue;
+        if (share > 0) offer(strand.rest_strain);
+        double reached = -1, beyond = 1;
+        std::vector<RodStrain> best;
+        for (int k = 0; k < kPoses; ++k) {
+            const double way = reached < 0 ? 0 : 0.5 * (reached + beyond);
+            RodStrand posed = shape;
+            posed.points = between(sagged.points, shape.points, way);
+            posed.rest_strain = strain_of(posed, gravity);
+            double left = 0;
+            std::vector<RodStrain> strain;
+            if (holds(posed, gravity, kFirmer, left) && carry_over(shape, posed, strain)) {
+                reached = way;
+                best = strain;
+            } else if (reached < 0) {
+                break;
+            } else {
+                beyond = way;
+            }
+        }
+        if (reached >= 0) offer(best);
     }
+    strand = shape;
     strand.rest_strain = out.strain;
     out.residual = residual(Alone(strand), gravity);
     return out;

@@ -24,7 +24,8 @@ struct WeightBorne {
     // [points - 1], for RodStrand::rest_strain; rounded to float, as an asset stores it.
     std::vector<RodStrain> strain;
     // The shape is in equilibrium with this strain and comes back when it is nudged. If not, the
-    // strain is that share of the weight's with which the strand settles nearest to the shape.
+    // strain is one with which the strand settles near to the shape: nearest of those that hold a
+    // pose on the way from the shape to where it sags to.
     bool held = false;
     // Largest force on a point that nothing balances (or moment on an edge over the length), over
     // the weight of the free points.

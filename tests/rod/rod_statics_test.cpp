@@ -163,6 +163,7 @@ TEST_CASE("whatever a strand is like, the strain it gets is one that the solver 
             CHECK(std::fabs(s.twist) <= 30);
         }
         CHECK(std::isfinite(borne.residual));
+        CHECK(std::isfinite(borne.settles));
         strand.rest_strain = borne.strain;
         auto rods = RodSimulation::create({&strand, 1}, {});
         REQUIRE(rods);
