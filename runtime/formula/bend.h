@@ -65,21 +65,12 @@ KERATIN_FORMULA Real weight_stiffness(Real hangs, Real beyond, Real l) {
 }
 
 // How much of the joint's force k (|d| u - g) along the child's direction u enters the solve, in
-// place of |d|: along = u.g leaves none. A strand at rest takes none, as the segment's tension
-// holds it. The solve would move points along the strand, the length sweeps bring them back against
-// other masses, and what both leave pulls like a tension that straightens. For a joint that turns
-// by more than 0.03 rad a small step that is welcome: it calms hair that is thrown about. 1.75 of
-// it is what brought folded strands to rest in trials; with three times they lash about. It is no
-// gradient of the energy, and of a joint that is bent by more than some 40 degrees only so much
-// enters as of one bent that far: of all of it strands that open a fold gain ten times the energy
-// that the fold held.
-//   square  of the turn in a small step, over |d|
+// place of |d|: along = u.g leaves none, as a segment under tension holds it. The solve would move
+// points along the strand, the length sweeps bring them back against other masses, and what both
+// leave pulls like a tension that straightens.
 //   held    1 where segments have tension, else 0: then all of it enters
-KERATIN_FORMULA Real bend_pull(Real length, Real along, Real square, Real held) {
-    Real quiet = max(Real(0), Real(1) - square * Real(1.0 / (0.03 * 0.03)));
-    Real short_by = length - along;
-    Real calming = min(short_by, length * Real(0.2)) * (Real(1.75) - Real(1.75) * quiet);
-    return along + short_by + held * (calming - short_by);
+KERATIN_FORMULA Real bend_pull(Real length, Real along, Real held) {
+    return length + held * (along - length);
 }
 
 #include "schema/formula/dual_end.h"

@@ -165,8 +165,7 @@ template <class Pack>
         const Pack3 slowed = (rate_next - rate * lever) * (stiffness * damping);
         const Pack3 weight = (fall - u * (dot(u, fall) * held)) * b.get(slot_beyond, i + 1);
         const Pack inverse_rest = b.get(slot_inverse_length, i + 1);
-        const Pack pull = bend_pull(b.length(i + 1), dot(u, g),
-                                     dot(rate_next, rate_next) * (inverse_rest * inverse_rest), held);
+        const Pack pull = bend_pull(b.length(i + 1), dot(u, g), held);
         const Pack3 f = u * (k * pull) - g * k + slowed - weight;
         const Pack3 reaction = bend_reaction(r, t, g, u, along, turn, kl * inverse_length) +
                                slowed * lever - rate * b.get(slot_drag, i);

@@ -1,7 +1,7 @@
-// The sweep from root to tip that ends a small step: points move as the tension asks and by the
-// pull of the global length (METHODS 1.4); then every segment gets its exact length, and points
-// inside of colliders are moved out, with Coulomb friction against the surface's own motion, and
-// put back at their distance from the parent in turn.
+// The sweep from root to tip that ends a small step: points move as the tension asks (yield.h) and
+// by the pull of the global length (METHODS 1.4); then every segment gets its exact length, and
+// points inside of colliders are moved out, with Coulomb friction against the surface's own motion,
+// and put back at their distance from the parent in turn.
 #pragma once
 
 #include "runtime/formula/contact.h"
@@ -179,24 +179,10 @@ template <bool tension, bool exact, bool collide, class Pack>
     Pack3 parent = b.x(1);
     Pack3 pulled = parent;  // where the parent was before its exact length and collisions
     Pack3 t = b.get3(slot_x, 1);
-    Pack lambda = zero;
-    Pack3 tug = none;  // tension of the segment to the parent, along it
-    if constexpr (tension) {
-        lambda = b.get(slot_sweep1, 2);
-        tug = b.get3(slot_x, 2) * lambda;
-    }
     for (std::size_t i = 2; i <= n; ++i) {
         Pack3 x = b.x(i);
         const Pack l = b.length(i);
-        if constexpr (tension) {
-            Pack3 push = tug;
-            if (i < n) {
-                lambda = b.get(slot_sweep1, i + 1) + b.get(slot_sweep2, i + 1) * lambda;
-                tug = b.get3(slot_x, i + 1) * lambda;
-                push = push - tug;
-            }
-            x = x - push * b.get(slot_inverse_mass, i);
-        }
+        if constexpr (tension) x = x + b.get3(slot_x, i);
         Pack3 before = x;
         if constexpr (exact) {
             if (pulls) {

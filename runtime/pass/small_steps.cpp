@@ -1,4 +1,4 @@
-// The small steps of a quad: block by block, all steps of one while it sits in the cache, three
+// The small steps of a quad: block by block, all steps of one while it sits in the cache, five
 // sweeps a step.
 #include "runtime/pass/kernel.h"
 #include "runtime/pass/predict.h"
@@ -6,6 +6,7 @@
 #include "runtime/pass/settle.h"
 #include "runtime/pass/tense.h"
 #include "runtime/pass/ticks.h"
+#include "runtime/pass/yield.h"
 
 namespace keratin::KERATIN_ISA {
 KERATIN_DECLARE_KERNELS
@@ -17,6 +18,7 @@ namespace {
 // roots and divisions and take more side by side.
 using PredictPack = Native;
 using TensePack = Lanes<2 * Native::kLanes>;
+using YieldPack = Lanes<2 * Native::kLanes>;
 using SettlePack = Lanes<2 * Native::kLanes>;
 
 // Calls body.operator()<flags...>() with the flags as constants.
@@ -51,6 +53,15 @@ void predict_block(const Quad& quad, std::size_t block, const SmallStep& step) {
              moving ? predict<Air::moving>(part, group, step, waves)
                     : predict<Air::still>(part, group, step));
     }
+}
+
+void yield_block(const Quad& quad, std::size_t block) {
+    with_flags(
+        [&]<bool shape>() {
+            for (std::size_t lane = block; lane < block + kBlockLanes; lane += YieldPack::kLanes)
+                yield_to_tension<shape>(Part<YieldPack>(quad, lane));
+        },
+        quad.flags.local_shape);
 }
 
 // Fills quad.near with the colliders that reach the block.
@@ -109,6 +120,7 @@ void small_steps(Quad& quad, const SmallStep* steps, std::uint32_t count) {
             predict_block(quad, block, steps[i]);
             lap(quad.ticks->predict);
             const std::uint32_t near = tense_block(quad, block, steps[i]);
+            if (quad.flags.stretch) yield_block(quad, block);
             lap(quad.ticks->tense);
             settle_block(quad, block, steps[i], near);
             lap(quad.ticks->settle);

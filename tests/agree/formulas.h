@@ -49,7 +49,7 @@ inline constexpr int kInputs = 16, kOutputs = 4;
     X(own_part, out(own_part(s(12))))                                                              \
     X(longest_turn, out(longest_turn(s(12))))                                                      \
     X(resolved_move, out(resolved_move(v(0), v(1), abs(s(12)))))                                   \
-    X(bend_pull, out(bend_pull(abs(s(12)), s(13), abs(s(14)), abs(s(15)))))                        \
+    X(bend_pull, out(bend_pull(abs(s(12)), s(13), abs(s(14)))))                                    \
     X(weight_stiffness, out(weight_stiffness(s(12), abs(s(13)), abs(s(14)))))                      \
     X(bend_lever, out(bend_lever(v(0), v(1))))                                                     \
     X(minimal_turn, out(minimal_turn(n(0), n(1), v(2))))                                           \
@@ -60,8 +60,7 @@ inline constexpr int kInputs = 16, kOutputs = 4;
     X(plane_room, out(plane_room(n(0), abs(s(12)), n(1), abs(s(13)))))                             \
     X(turned_along, out(turned_along(n(0), number(1) + abs(s(12)), n(1), v(2))))                   \
     X(friction_move, out(friction_move(v(0), n(1), s(12), abs(s(13)))))                            \
-    X(volume_acceleration,                                                                         \
-      out(volume_acceleration(s(14), s(15), v(0), s(12), abs(s(13)))))                             \
+    X(volume_acceleration, out(volume_acceleration(s(14), s(15), v(0), s(12), abs(s(13)))))        \
     X(rubbed, out(rubbed(v(0), v(1), s(12))))                                                      \
     X(floor_of, out(floor_of(s(12) * number(37.5))))                                               \
     X(wave_at, out(wave_at(v(0), v(1), s(12))))                                                    \

@@ -50,6 +50,21 @@ NaiveStrands::NaiveStrands(const scenes::Groom& g, std::uint32_t iterations)
     for (auto* v : {&stiffness_, &pivot_, &band1_, &band2_, &value_, &share_}) v->resize(longest);
 }
 
+// Moves the points 2 .. n by what the bending system answers to the forces in load_.
+void NaiveStrands::solve_bending(V* x, std::size_t n) {
+    for (std::size_t i = 2; i <= n; ++i) {
+        if (i >= 3) load_[i] -= load_[i - 1] * band1_[i];
+        if (i >= 4) load_[i] -= load_[i - 2] * band2_[i];
+    }
+    for (std::size_t i = n; i >= 2; --i) {
+        V d = load_[i] * pivot_[i];
+        if (i + 1 <= n) d -= load_[i + 1] * band1_[i + 1];
+        if (i + 2 <= n) d -= load_[i + 2] * band2_[i + 2];
+        load_[i] = d;
+        x[i] += d;
+    }
+}
+
 void NaiveStrands::small_step(float h, std::size_t first, std::size_t count) {
     V* x = &x_[first];
     V* previous = &previous_[first];
@@ -86,19 +101,8 @@ void NaiveStrands::small_step(float h, std::size_t first, std::size_t count) {
         t = next;
         inverse_length = inverse;
     }
-    for (std::size_t i = 2; i <= n; ++i) {
-        V y = load_[i] + fall * mass(i);
-        if (i >= 3) y -= load_[i - 1] * band1_[i];
-        if (i >= 4) y -= load_[i - 2] * band2_[i];
-        load_[i] = y;
-    }
-    for (std::size_t i = n; i >= 2; --i) {
-        V d = load_[i] * pivot_[i];
-        if (i + 1 <= n) d -= load_[i + 1] * band1_[i + 1];
-        if (i + 2 <= n) d -= load_[i + 2] * band2_[i + 2];
-        load_[i] = d;
-        x[i] += d;
-    }
+    for (std::size_t i = 2; i <= n; ++i) load_[i] += fall * mass(i);
+    solve_bending(x, n);
 
     for (std::size_t i = 2; i <= n; ++i) direction_[i] = x[i] - x[i - 1];
     float carried_value = 0, carried_share = 0;
@@ -120,13 +124,13 @@ void NaiveStrands::small_step(float h, std::size_t first, std::size_t count) {
     }
     float lambda = value_[2];
     for (std::size_t i = 2; i <= n; ++i) {
-        V push = direction_[i] * lambda;
+        load_[i] = none - direction_[i] * lambda;
         if (i < n) {
             lambda = value_[i + 1] + share_[i + 1] * lambda;
-            push -= direction_[i + 1] * lambda;
+            load_[i] += direction_[i + 1] * lambda;
         }
-        x[i] -= push * inverse_point_mass(l[i], i < n ? l[i + 1] : 0.0f);
     }
+    solve_bending(x, n);
 
     V along = normalize_or(x[1] - x[0], V(0, 1, 0)), pulled = x[1];
     for (std::size_t i = 2; i <= n; ++i) {
