@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <string>
 
 using namespace keratin;
 using namespace keratin::report;
@@ -110,6 +111,41 @@ TEST_CASE("the strand solver keeps a case of the file's own kind") {
         INFO(c.what << " " << c.measured << " of " << c.tolerance);
         CHECK(c.passed());
     }
+}
+
+TEST_CASE("strands of any stiffness come out of a fold and come to rest") {
+    for (const char* stiffness : {"0.01", "1", "100"})
+        for (const char* vertex : {"4", "24"}) {
+            const std::string change =
+                std::string(R"({"initial": "vertex )") + vertex +
+                R"(: the outgoing edge exactly anti-parallel to the incoming edge",
+                                       "rest": "straight", "vertices": 32, "length_m": 0.15, "duration_s": 2, "dt": 0.008333333,
+                                       "E_scale": )" +
+                stiffness + "}";
+            const Outcome outcome = run_stress(
+                read(change.c_str(), R"({"finite": true, "root": true, "speed": 500, "rest": 0.05,
+                     "bounded_energy": "E_el(0) may be clamped/infinite: require E <= max(E after first step) afterwards"})"),
+                strand_stress_solver());
+            INFO("stiffness " << stiffness << ", vertex " << vertex << "\n"
+                              << outcome_text(outcome));
+            CHECK(outcome.passed());
+        }
+}
+
+TEST_CASE("a strand that is shaken takes up no more than the root puts in") {
+    for (const char* motion : {"sin, amplitude 0.01 m, 12 Hz", "sin, amplitude 0.05 m, 3 Hz",
+                               "sin, amplitude 0.1 m, 3 Hz"})
+        for (const char* step : {"0.0333333", "0.00416667"}) {
+            const std::string change =
+                std::string(R"({"root_motion": ")") + motion +
+                R"(", "vertices": 32, "length_m": 0.15, "duration_s": 2, "dt": )" + step + "}";
+            const Outcome outcome = run_stress(
+                read(change.c_str(),
+                     R"({"finite": true, "root": true, "stretch": 0.02, "bounded_energy": true})"),
+                strand_stress_solver());
+            INFO(motion << " at steps of " << step << " s\n" << outcome_text(outcome));
+            CHECK(outcome.passed());
+        }
 }
 
 TEST_CASE("the strand solver stands every hard treatment that it can express") {
