@@ -158,6 +158,8 @@ void add_render_strands(AssetBody& body, std::uint32_t count, RunLayout& layout)
             layout.uv.push_back(fields.strand_uv[2 * s + 1]);
         }
     }
+    // Texture coordinates are of all strands or of none.
+    if (layout.uv.size() != 2 * layout.id.size()) layout.uv.clear();
     const std::size_t before =
         head.assets.empty() ? 0 : head.assets.back().first_strand + head.assets.back().strand_count;
     head.assets.push_back({body.scene->file, info.file_hash, body.first_guide,

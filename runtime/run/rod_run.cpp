@@ -241,7 +241,7 @@ Result<void> RodRun::set_up(const RunOptions& options) {
         rods_->attach_contact(contact_.get());
     }
     for (std::size_t s = 0; s < scene_.strands.size(); ++s) add_to_layout(scene_.strands[s], s);
-    // The rest shape of a rod is its own; texture coordinates are of all strands or of none.
+    // The rest shape of a rod is its own; the scene's strands have no texture coordinates.
     layout_.unloaded.clear();
     if (layout_.uv.size() != 2 * layout_.id.size()) layout_.uv.clear();
     return {};
