@@ -3,7 +3,7 @@
 // once (METHODS 1.4, stretch).
 //
 // The linearised constraints t_i . (dx_i - dx_{i-1}) = l_i - |e_i| with dx = W grad^T lambda are a
-// tridiagonal system; it is eliminated here and solved on the way back (settle.h):
+// tridiagonal system; it is eliminated here and solved on the way back (yield.h):
 //     lambda_i = sweep1_i + sweep2_i lambda_{i-1}
 #pragma once
 
