@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 
 namespace keratin {
 
@@ -127,7 +128,7 @@ std::vector<Double3> stretch_edges(const Alone& a, const Double3& gravity,
                                    std::vector<RodStrain>& strain) {
     constexpr int kRounds = 4;
     const RodMaterial& m = a.blocks.shapes[0].material;
-    const double area = 3.14159265358979323846 * m.radii[0] * m.radii[1];
+    const double area = std::numbers::pi * m.radii[0] * m.radii[1];
     const std::size_t edges = a.edges();
     std::vector<double> rest = a.blocks.shapes[0].rest_length;
     std::vector<Double3> load(edges);
@@ -335,6 +336,9 @@ WeightBorne bear_weight(const RodStrand& given, const Double3& gravity) {
     shape.rest_points.clear();
     shape.natural_curvature.reset();
     shape.rest_strain.clear();
+    // other poses are held by the same clamp
+    if (!shape.root_frame.tangent)
+        shape.root_frame.tangent = unit(subtract(shape.points[1], shape.points[0]));
 
     WeightBorne out;
     RodStrand strand = shape;
