@@ -421,6 +421,15 @@ std::vector<std::pair<std::string, std::string>> RodRun::left_out() const {
         if (wind[0] != 0 || wind[1] != 0 || wind[2] != 0)
             out.emplace_back("wind on the guides of assets", "an asset knows no air_drag");
     }
+    const SceneSettings& in = scene_.settings;
+    if (in.stretch_scale.value_or(1) != 1 || in.bend_scale.value_or(1) != 1 ||
+        in.twist_scale.value_or(1) != 1)
+        for (const RodBody& body : bodies_)
+            if (!body.asset.fields().guide_rod_strain.empty())
+                out.emplace_back("rest in the groomed shape",
+                                 body.scene->file +
+                                     ": it is sag-free for stretch_scale, bend_scale and "
+                                     "twist_scale 1; the scene writes others");
     return out;
 }
 

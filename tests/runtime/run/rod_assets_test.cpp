@@ -287,6 +287,28 @@ TEST_CASE("the plan of rods names what is left out of an asset, and why") {
     CHECK(look(*guides_only).strand_position.empty());
 }
 
+TEST_CASE("the plan says when stiffness scales undo what makes an asset sag-free") {
+    const test::TemporaryFolder folder;
+    const test::SmallAsset asset = soft_asset();
+    write_asset(folder, asset, "plain.kera");
+    AssetFields fields = asset.fields();
+    const std::vector<float> strain(4 * fields.guide_length.size(), 0.0f);
+    fields.guide_rod_strain = strain;
+    write_asset(folder, "held.kera", asset.info, fields);
+    const auto plan = [&](const std::string& file, const std::string& settings) {
+        return run_of(scene_of(folder, "\"assets\": [{ \"file\": \"" + file +
+                                           "\" }], \"settings\": { " + settings + " }"))
+            ->explain();
+    };
+    const std::string said =
+        "held.kera: it is sag-free for stretch_scale, bend_scale and "
+        "twist_scale 1";
+    CHECK(plan("held.kera", "\"bend_scale\": 2").find(said) != std::string::npos);
+    CHECK(plan("held.kera", "\"twist_scale\": 0.5").find(said) != std::string::npos);
+    CHECK(plan("held.kera", "\"bend_scale\": 1").find("sag-free") == std::string::npos);
+    CHECK(plan("plain.kera", "\"bend_scale\": 2").find("sag-free") == std::string::npos);
+}
+
 TEST_CASE("what rods do not take of an asset is refused with what to do instead") {
     const test::TemporaryFolder folder;
     test::SmallAsset a = soft_asset();
