@@ -443,6 +443,7 @@ Result<int> run_scene(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) try {
+    wait_sleeping(argv);
     leave_nothing_behind();
     Options options;
     CLI::App app("Runs a hair solver on a scene or a baked asset.", "keratin-run");

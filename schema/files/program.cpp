@@ -5,8 +5,13 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <system_error>
+
+#ifdef __linux__
+#include <unistd.h>
+#endif
 
 namespace keratin {
 
@@ -46,6 +51,15 @@ Result<void> check_outputs(std::span<const OutputFile> outputs,
                              output.option + " would overwrite what is read; give it another name"};
     }
     return {};
+}
+
+void wait_sleeping([[maybe_unused]] char** arguments) {
+#ifdef __linux__
+    if (std::getenv("OMP_WAIT_POLICY") || std::getenv("GOMP_SPINCOUNT")) return;
+    // Some microseconds.
+    setenv("GOMP_SPINCOUNT", "1000", 1);
+    execv("/proc/self/exe", arguments);
+#endif
 }
 
 Result<void> finish_stdout() {

@@ -35,6 +35,13 @@ void leave_nothing_behind();
 // which the program must end.
 void remove_pending_files();
 
+// To be called first in main. Has threads that wait for each other sleep soon. libgomp's wait in a
+// spin for milliseconds, which the rod solver's many short loops make ten times slower than one thread
+// where other programs take the cores. It reads its settings when it is loaded, so the program starts
+// itself anew with them. What the environment says of OMP_WAIT_POLICY or GOMP_SPINCOUNT stays; nothing
+// happens on other systems than Linux.
+void wait_sleeping(char** arguments);
+
 // For CLI11's Option::check: says what is wrong with the text of an option that must be a number
 // from `low` to `high`; empty if nothing is.
 std::function<std::string(const std::string&)> number_between(double low, double high);

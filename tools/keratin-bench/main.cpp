@@ -1,13 +1,12 @@
 // keratin-bench: speed and memory, as figures and as ratios to reference loops in the same process.
 #include "schema/asset.h"
+#include "schema/files/program.h"
 #include "tools/keratin-bench/sections.h"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include <cstdio>
-#include <cstdlib>
-#include <unistd.h>
 
 using namespace keratin;
 using namespace keratin::bench;
@@ -68,18 +67,10 @@ nlohmann::ordered_json to_json(const Report& report) {
     return out;
 }
 
-// Threads that wait in a spin would count as busy: let them sleep. libgomp reads the setting when
-// it is loaded, so the program starts itself anew with it.
-void wait_passively(char** arguments) {
-    if (std::getenv("OMP_WAIT_POLICY")) return;
-    setenv("OMP_WAIT_POLICY", "passive", 1);
-    execv("/proc/self/exe", arguments);
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-    wait_passively(argv);
+    keratin::wait_sleeping(argv);
     CLI::App app{
         "Measures speed and memory of the solvers. Values are CPU time, the smallest of 20 "
         "repeats or more."};

@@ -254,6 +254,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    keratin::wait_sleeping(argv);
     keratin::leave_nothing_behind();
     try {
         return run(argc, argv);
