@@ -74,23 +74,25 @@ struct ColliderSearch {
             return;
         }
         const MovingSegment end = at_time(axis, 1);
-        for (int i = 0; i < m.count; ++i)
-            add(edge, m.at[i].s, m.at[i].normal,
-                mix(end.a, end.b, m.at[i].t) + radius * m.at[i].normal, m.time,
-                m.start_distance - radius, element(m.at[i].t));
+        auto meet = [&](const Meeting& at, double time) {
+            add(edge, at.s, at.normal, mix(end.a, end.b, at.t) + radius * at.normal, time,
+                m.start_distance - radius, place_name(edge, at.s) + element(at.t));
+        };
+        for (int i = 0; i < m.count; ++i) meet(m.at[i], m.time);
         // An edge that lies along the solid at the end may lean on it in several places, each a
-        // point of the strand. They are told apart by the part of the edge.
-        constexpr double kParts = 8;
+        // point of the strand.
         Meeting at;
         if (m.count == 0 || !again ||
             !meet_at_end(world_edge(strands, edge), axis, radius + delta, delta, kElsewhere, m, at))
             return;
         for (int i = 0; i < m.count; ++i)
-            if (std::fabs(at.s - m.at[i].s) * kParts < 1) return;
-        const std::uint32_t part =
-            at.s > 0 && at.s < 1 ? 2 * (1 + static_cast<std::uint32_t>(at.s * kParts)) : 0;
-        add(edge, at.s, at.normal, mix(end.a, end.b, at.t) + radius * at.normal, 1,
-            m.start_distance - radius, part + element(at.t));
+            if (place_name(edge, at.s) == place_name(edge, m.at[i].s)) return;
+        meet(at, 1);
+    }
+    // A vertex has its name as the start of an edge, but for the last of a strand.
+    std::uint32_t place_name(std::uint32_t edge, double s) const {
+        if (s <= 0 || (s >= 1 && !ends_strand(edge))) return 0;
+        return 2 * (1 + static_cast<std::uint32_t>(s * kPartsOnSolid));
     }
     // An edge that begins the step inside leaves sideways. The nearest way out would be along the
     // strand wherever it runs towards the middle, two ways from there on, and tear it apart.

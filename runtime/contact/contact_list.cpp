@@ -124,23 +124,23 @@ std::size_t refresh_contacts(const ContactStrands& strands, std::span<const Movi
         } else {
             // What another part of the edge has is another contact's.
             double low = 0, high = 1;
-            if (!c.against_collider) {
+            if (c.against_collider) {
+                // The name is 0 for what leaves sideways, and beyond the last part for the tip.
+                const std::uint32_t name = c.key.feature >> (kFeatureParts + 1);
+                if (name > 0) {
+                    low = std::min(1.0, static_cast<double>(name - 1) / kPartsOnSolid);
+                    high = std::min(1.0, static_cast<double>(name) / kPartsOnSolid);
+                }
+            } else {
                 const std::uint32_t parts = parts_of_first(p, q, delta);
                 const std::uint32_t part = c.key.feature >> kFeatureParts;
                 low = static_cast<double>(part) / parts;
                 high = static_cast<double>(part + 1) / parts;
             }
-            SegmentPair<double> pair =
+            const SegmentPair<double> pair =
                 closest_segments(mix(p1.a, p1.b, low), mix(p1.a, p1.b, high), q1.a, q1.b);
-            pair.s = low + (high - low) * pair.s;
-            if (c.against_collider &&
-                std::sqrt(pair.squared_distance) <= target - kElsewhere * c.distance) {
-                // Far too deep a place is another contact's (against_axis), this one stays.
-                t = closest_on_segment(mix(p1.a, p1.b, s), q1.a, q1.b);
-            } else {
-                s = pair.s;
-                t = pair.t;
-            }
+            s = low + (high - low) * pair.s;
+            t = pair.t;
         }
         const Vector3 w = mix(p1.a, p1.b, s) - mix(q1.a, q1.b, t);
         const double d = length(w);

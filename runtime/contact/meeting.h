@@ -17,6 +17,9 @@ inline constexpr double kTouching = 1e-9;  // m; below it two closest points giv
 inline constexpr double kSnap = 4e-3;
 // Of delta: how deep an edge on a round solid must be for another place of it to be a contact.
 inline constexpr double kElsewhere = 0.05;
+// An edge may lean on a round solid in so many places; each has a name of its own by the part of
+// the edge that it lies in.
+inline constexpr std::uint32_t kPartsOnSolid = 8;
 
 // One place where two segments meet.
 struct Meeting {
