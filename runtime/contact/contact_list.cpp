@@ -124,12 +124,16 @@ std::size_t refresh_contacts(const ContactStrands& strands, std::span<const Movi
         } else {
             // What another part of the edge has is another contact's.
             double low = 0, high = 1;
+            bool stays = false;
             if (c.against_collider) {
+                const std::uint32_t parts = parts_on_solid(start_distance - surface, c.distance);
                 // The name is 0 for what leaves sideways, and beyond the last part for the tip.
                 const std::uint32_t name = c.key.feature >> (kFeatureParts + 1);
-                if (name > 0) {
-                    low = std::min(1.0, static_cast<double>(name - 1) / kPartsOnSolid);
-                    high = std::min(1.0, static_cast<double>(name) / kPartsOnSolid);
+                if (parts > 1 && name > 0) {
+                    low = std::min(1.0, static_cast<double>(name - 1) / parts);
+                    high = std::min(1.0, static_cast<double>(name) / parts);
+                } else {
+                    stays = true;
                 }
             } else {
                 const std::uint32_t parts = parts_of_first(p, q, delta);
@@ -139,8 +143,13 @@ std::size_t refresh_contacts(const ContactStrands& strands, std::span<const Movi
             }
             const SegmentPair<double> pair =
                 closest_segments(mix(p1.a, p1.b, low), mix(p1.a, p1.b, high), q1.a, q1.b);
-            s = low + (high - low) * pair.s;
-            t = pair.t;
+            if (stays && std::sqrt(pair.squared_distance) <= target - kElsewhere * c.distance) {
+                // Far too deep a place is another contact's (against_axis), this one stays.
+                t = closest_on_segment(mix(p1.a, p1.b, s), q1.a, q1.b);
+            } else {
+                s = low + (high - low) * pair.s;
+                t = pair.t;
+            }
         }
         const Vector3 w = mix(p1.a, p1.b, s) - mix(q1.a, q1.b, t);
         const double d = length(w);

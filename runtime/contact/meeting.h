@@ -17,9 +17,6 @@ inline constexpr double kTouching = 1e-9;  // m; below it two closest points giv
 inline constexpr double kSnap = 4e-3;
 // Of delta: how deep an edge on a round solid must be for another place of it to be a contact.
 inline constexpr double kElsewhere = 0.05;
-// An edge may lean on a round solid in so many places; each has a name of its own by the part of
-// the edge that it lies in.
-inline constexpr std::uint32_t kPartsOnSolid = 8;
 
 // One place where two segments meet.
 struct Meeting {
@@ -60,6 +57,12 @@ inline constexpr std::uint32_t kFeatureParts = 2;  // bits below the part
 // of its own. How many parts the pair has by its place at the start of the step: 1 for edges that
 // cross, where the nearest place is the only one.
 std::uint32_t parts_of_first(const MovingSegment& p, const MovingSegment& q, double delta);
+// The same for an edge that comes down on a round solid: 1 where it begins the step on the solid,
+// at places that are known; to name those by part makes ropes that slide round a pole start anew at
+// every part. start_distance: m, from the surface.
+inline std::uint32_t parts_on_solid(double start_distance, double delta) {
+    return start_distance > 2 * delta ? 8 : 1;
+}
 // Part of a place s, 0 .. parts - 1.
 inline std::uint32_t part_at(double s, std::uint32_t parts) {
     const auto part = static_cast<std::int64_t>(s * parts);
