@@ -78,28 +78,26 @@ struct ColliderSearch {
             add(edge, at.s, at.normal, mix(end.a, end.b, at.t) + radius * at.normal, time,
                 m.start_distance - radius, name + element(at.t));
         };
-        const std::uint32_t parts = parts_on_solid(m.start_distance - radius, delta);
+        const bool by_part = comes_down(m.start_distance - radius, delta);
         for (int i = 0; i < m.count; ++i)
-            meet(m.at[i], m.time, parts > 1 ? place_name(edge, m.at[i].s, parts) : 0);
+            meet(m.at[i], m.time, by_part ? place_name(edge, m.at[i].s) : 0);
         // An edge that lies along the solid at the end may lean on it in several places, each a
         // point of the strand.
-        constexpr std::uint32_t kPlaces = 8;  // of an edge that has one part
         Meeting at;
         if (m.count == 0 || !again ||
             !meet_at_end(world_edge(strands, edge), axis, radius + delta, delta, kElsewhere, m, at))
             return;
         for (int i = 0; i < m.count; ++i) {
-            const bool same =
-                parts > 1 ? place_name(edge, at.s, parts) == place_name(edge, m.at[i].s, parts)
-                          : std::fabs(at.s - m.at[i].s) * kPlaces < 1;
+            const bool same = by_part ? place_name(edge, at.s) == place_name(edge, m.at[i].s)
+                                      : std::fabs(at.s - m.at[i].s) * kPlacesOnSolid < 1;
             if (same) return;
         }
-        meet(at, 1, place_name(edge, at.s, parts > 1 ? parts : kPlaces));
+        meet(at, 1, place_name(edge, at.s));
     }
     // A vertex has its name as the start of an edge, but for the last of a strand.
-    std::uint32_t place_name(std::uint32_t edge, double s, std::uint32_t parts) const {
+    std::uint32_t place_name(std::uint32_t edge, double s) const {
         if (s <= 0 || (s >= 1 && !ends_strand(edge))) return 0;
-        return 2 * (1 + static_cast<std::uint32_t>(s * parts));
+        return 2 * (1 + static_cast<std::uint32_t>(s * kPlacesOnSolid));
     }
     // An edge that begins the step inside leaves sideways. The nearest way out would be along the
     // strand wherever it runs towards the middle, two ways from there on, and tear it apart.

@@ -126,12 +126,11 @@ std::size_t refresh_contacts(const ContactStrands& strands, std::span<const Movi
             double low = 0, high = 1;
             bool stays = false;
             if (c.against_collider) {
-                const std::uint32_t parts = parts_on_solid(start_distance - surface, c.distance);
                 // The name is 0 for what leaves sideways, and beyond the last part for the tip.
                 const std::uint32_t name = c.key.feature >> (kFeatureParts + 1);
-                if (parts > 1 && name > 0) {
-                    low = std::min(1.0, static_cast<double>(name - 1) / parts);
-                    high = std::min(1.0, static_cast<double>(name) / parts);
+                if (name > 0 && comes_down(start_distance - surface, c.distance)) {
+                    low = std::min(1.0, static_cast<double>(name - 1) / kPlacesOnSolid);
+                    high = std::min(1.0, static_cast<double>(name) / kPlacesOnSolid);
                 } else {
                     stays = true;
                 }

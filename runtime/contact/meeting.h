@@ -57,16 +57,15 @@ inline constexpr std::uint32_t kFeatureParts = 2;  // bits below the part
 // of its own. How many parts the pair has by its place at the start of the step: 1 for edges that
 // cross, where the nearest place is the only one.
 std::uint32_t parts_of_first(const MovingSegment& p, const MovingSegment& q, double delta);
-// The same for an edge that comes down on a round solid: 1 where it begins the step on the solid,
-// at places that are known; to name those by part makes ropes that slide round a pole start anew at
-// every part. start_distance: m, from the surface.
-inline std::uint32_t parts_on_solid(double start_distance, double delta) {
-    return start_distance > 2 * delta ? 8 : 1;
-}
+// Places that an edge may have on a round solid, told apart by the part of the edge.
+inline constexpr std::uint32_t kPlacesOnSolid = 8;
+// Whether all places of an edge have names by their part: that of an edge that comes down on the
+// solid. Where it begins the step on it, start_distance (m) from the surface, the place met first
+// has one name: else ropes that slide round a pole would start anew at every part.
+inline bool comes_down(double start_distance, double delta) { return start_distance > 2 * delta; }
 // Part of a place s, 0 .. parts - 1.
 inline std::uint32_t part_at(double s, std::uint32_t parts) {
-    const auto part = static_cast<std::int64_t>(s * parts);
-    return static_cast<std::uint32_t>(std::clamp<std::int64_t>(part, 0, parts - 1));
+    return std::min(static_cast<std::uint32_t>(s * parts), parts - 1);
 }
 
 // The edge that a place of an edge is filed under.
