@@ -188,6 +188,15 @@ void keep_strands(Simulation::State& s) {
     }
 }
 
+// The render strands follow their guides, and what was to be reached is where things are now.
+void arrive(Simulation::State& s) {
+    if (s.strand_root.size() > 0) skin_strands(s);
+    write_strands(s);
+    s.motion_now = s.motion_next;
+    s.bones_now = s.bones_next;
+    s.collider_now = s.collider_next;
+}
+
 void rest_everything(Simulation::State& s) {
     pose_bones(s);
     if (s.simulated()) {
@@ -197,11 +206,7 @@ void rest_everything(Simulation::State& s) {
             for (std::size_t lane = 0; lane < kTileLanes; ++lane) put_to_rest(s, tile, lane);
         measure_quads(s);
     }
-    if (s.strand_root.size() > 0) skin_strands(s);
-    write_strands(s);
-    s.motion_now = s.motion_next;
-    s.bones_now = s.bones_next;
-    s.collider_now = s.collider_next;
+    arrive(s);
     s.first_step = true;
     s.previous_step = 0;
     stand_still(s);
@@ -398,11 +403,7 @@ void Simulation::teleport(Velocity velocity) {
         }
         measure_quads(s);
     }
-    if (s.strand_root.size() > 0) skin_strands(s);
-    write_strands(s);
-    s.motion_now = s.motion_next;
-    s.bones_now = s.bones_next;
-    s.collider_now = s.collider_next;
+    arrive(s);
     stand_still(s);
 }
 
@@ -428,11 +429,7 @@ Result<void> Simulation::show(std::span<const float> position) {
         }
         measure_quads(s);
     }
-    if (s.strand_root.size() > 0) skin_strands(s);
-    write_strands(s);
-    s.motion_now = s.motion_next;
-    s.bones_now = s.bones_next;
-    s.collider_now = s.collider_next;
+    arrive(s);
     s.written_count = s.strand_count;
     return {};
 }

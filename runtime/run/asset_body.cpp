@@ -107,6 +107,17 @@ void skip_guides(AssetBody& body, const RunLayout& layout) {
     body.first_guide_point = layout.head.guide_first_point.back();
 }
 
+RunLayout empty_layout(const Scene& scene, const RunOptions& options, const char* solver) {
+    RunLayout out;
+    out.head.tool_version = options.tool_version;
+    out.head.solver = solver;
+    out.head.scene = scene.file;
+    out.head.frame = scene.frame;
+    out.head.guide_first_point = {0};
+    out.head.strand_first_point = {0};
+    return out;
+}
+
 void add_guides(AssetBody& body, std::uint32_t held, RunLayout& layout) {
     const AssetInfo& info = body.asset.info();
     const AssetFields& fields = body.asset.fields();

@@ -34,6 +34,8 @@ Result<AssetBody> open_body(const SceneAsset& scene);
 measure::Point guide_point(std::span<const float> rows, const AssetFields& fields,
                            std::uint32_t lane, std::uint32_t p);
 
+// A layout without strands yet, of a run of the scene by this solver.
+RunLayout empty_layout(const Scene& scene, const RunOptions& options, const char* solver);
 // Appends all guides of the body to the layout: rest points, masses, stiffnesses, lanes.
 //   held  points at the root that are not simulated
 void add_guides(AssetBody& body, std::uint32_t held, RunLayout& layout);

@@ -217,12 +217,7 @@ Result<void> RodRun::set_up(const RunOptions& options) {
         return Error{ErrorCode::unsupported, scene_.file + ": wind",
                      "the rod solver knows steady wind only; leave out gust and turbulence"};
     keep_convergence_ = options.convergence;
-    layout_.head.tool_version = options.tool_version;
-    layout_.head.solver = "rod";
-    layout_.head.scene = scene_.file;
-    layout_.head.frame = scene_.frame;
-    layout_.head.guide_first_point = {0};
-    layout_.head.strand_first_point = {0};
+    layout_ = empty_layout(scene_, options, "rod");
     std::vector<RodStrand> strands;
     bodies_.reserve(scene_.assets.size());  // colliders point to them
     for (const SceneAsset& asset : scene_.assets)

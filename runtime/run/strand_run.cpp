@@ -100,12 +100,7 @@ class StrandRun final : public SolverRun {
     RunLayout layout_;
 
     Result<void> set_up(const RunOptions& options) {
-        layout_.head.tool_version = options.tool_version;
-        layout_.head.solver = "strand";
-        layout_.head.scene = scene_.file;
-        layout_.head.frame = scene_.frame;
-        layout_.head.guide_first_point = {0};
-        layout_.head.strand_first_point = {0};
+        layout_ = empty_layout(scene_, options, "strand");
         for (const SceneAsset& asset : scene_.assets)
             if (auto ok = add_body(asset, options); !ok) return ok;
         return set_inputs(0, true);
