@@ -1,6 +1,7 @@
 // Runs the program keratin-diff itself.
 #include "schema/files/write_file.h"
 #include "tests/data_dir.h"
+#include "tests/run_program.h"
 #include "tests/tools/diff/full_asset.h"
 
 #include <catch2/catch.hpp>
@@ -11,13 +12,14 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-#include <sys/wait.h>
 #include <unistd.h>
 
 using namespace keratin;
 using nlohmann::json;
+using test::content;
 using test::full_asset;
 using test::FullAsset;
+using test::Outcome;
 
 namespace {
 
@@ -34,23 +36,8 @@ struct Folder {
     }
 };
 
-std::string content(const std::string& path) {
-    std::ifstream file(path);
-    std::stringstream text;
-    text << file.rdbuf();
-    return text.str();
-}
-
-struct Outcome {
-    int code = -1;
-    std::string out, err;
-};
-
 Outcome run(const Folder& folder, const std::string& arguments) {
-    const std::string out = folder.file("stdout"), err = folder.file("stderr");
-    const int status =
-        std::system(("'" KERATIN_DIFF_PROGRAM "' " + arguments + " >" + out + " 2>" + err).c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(out), content(err)};
+    return test::run_program(folder, KERATIN_DIFF_PROGRAM, arguments);
 }
 
 FullAsset edited() {

@@ -3,6 +3,7 @@
 
 #include "schema/files/write_file.h"
 #include "tests/json_schema.h"
+#include "tests/run_program.h"
 #include "tests/xml.h"
 
 #include <catch2/catch.hpp>
@@ -12,12 +13,12 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
-#include <sys/wait.h>
 #include <unistd.h>
 
 using namespace keratin;
 using namespace keratin::report;
+using test::content;
+using test::Outcome;
 
 namespace {
 
@@ -33,23 +34,8 @@ struct Folder {
     }
 };
 
-std::string content(const std::string& path) {
-    std::ifstream file(path);
-    std::stringstream text;
-    text << file.rdbuf();
-    return text.str();
-}
-
-struct Outcome {
-    int code = -1;
-    std::string out, err;
-};
-
 Outcome run(const Folder& folder, const std::string& arguments) {
-    const std::string out = folder.file("stdout"), err = folder.file("stderr");
-    const int status = std::system(
-        ("'" KERATIN_REPORT_PROGRAM "' " + arguments + " >" + out + " 2>" + err).c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(out), content(err)};
+    return test::run_program(folder, KERATIN_REPORT_PROGRAM, arguments);
 }
 
 const std::string kTwo = R"({"solver": "rod", "convergence": [
