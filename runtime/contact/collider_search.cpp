@@ -41,7 +41,7 @@ struct ColliderSearch {
     bool again;  // not the first search of the step, whose motion knows of no contact
 
     void add(std::uint32_t edge, double parameter, const Vector3& normal, const Vector3& surface_t1,
-             double time, double start_distance, std::uint32_t element) {
+             double time, double start_distance, std::uint32_t element, bool by_place = false) {
         if (!can_move(strands, edge, parameter)) return;
         const EdgePlace place = file_under(strands, edge, parameter);
         FoundContact f;
@@ -52,6 +52,7 @@ struct ColliderSearch {
         c.edge[0] = place.edge;
         c.edge[1] = index;
         c.parameter[0] = place.parameter;
+        c.by_place = by_place;
         c.key = {static_cast<std::uint64_t>(place.edge) << 32 | kAgainstCollider | index,
                  element << 2 | (place.at_start ? kStartOfFirst : 0)};
         c.normal = normal;
@@ -74,30 +75,23 @@ struct ColliderSearch {
             return;
         }
         const MovingSegment end = at_time(axis, 1);
-        auto meet = [&](const Meeting& at, double time, std::uint32_t name) {
+        auto meet = [&](const Meeting& at, double time) {
             add(edge, at.s, at.normal, mix(end.a, end.b, at.t) + radius * at.normal, time,
-                m.start_distance - radius, name + element(at.t));
+                m.start_distance - radius, place_name(edge, at.s) + element(at.t),
+                at.s > 0 && at.s < 1);
         };
-        const bool by_part = comes_down(m.start_distance - radius, delta);
-        for (int i = 0; i < m.count; ++i)
-            meet(m.at[i], m.time, by_part ? place_name(edge, m.at[i].s) : 0);
+        for (int i = 0; i < m.count; ++i) meet(m.at[i], m.time);
         // An edge that lies along the solid at the end may lean on it in several places, each a
         // point of the strand.
         Meeting at;
-        if (m.count == 0 || !again ||
-            !meet_at_end(world_edge(strands, edge), axis, radius + delta, delta, kElsewhere, m, at))
-            return;
-        for (int i = 0; i < m.count; ++i) {
-            const bool same = by_part ? place_name(edge, at.s) == place_name(edge, m.at[i].s)
-                                      : std::fabs(at.s - m.at[i].s) * kPlacesOnSolid < 1;
-            if (same) return;
-        }
-        meet(at, 1, place_name(edge, at.s));
+        if (m.count > 0 && again &&
+            meet_at_end(world_edge(strands, edge), axis, radius + delta, delta, kElsewhere, m, at))
+            meet(at, 1);
     }
     // A vertex has its name as the start of an edge, but for the last of a strand.
     std::uint32_t place_name(std::uint32_t edge, double s) const {
         if (s <= 0 || (s >= 1 && !ends_strand(edge))) return 0;
-        return 2 * (1 + static_cast<std::uint32_t>(s * kPlacesOnSolid));
+        return 2 * (1 + static_cast<std::uint32_t>(s * kPartsOnSolid));
     }
     // An edge that begins the step inside leaves sideways. The nearest way out would be along the
     // strand wherever it runs towards the middle, two ways from there on, and tear it apart.

@@ -41,6 +41,7 @@ struct Contact {
     std::uint32_t edge[2] = {0, 0};  // edge[1]: collider index when against_collider
     bool against_collider = false;
     double parameter[2] = {0, 0};  // position on the edges, 0..1
+    bool by_place = false;  // inside edge 1 on a round solid: known by its place, not its key alone
     Vector3 normal{0, 1, 0};       // unit, from side 1 to side 0, at the first moment of contact
     Vector3 arm[2] = {
         Vector3(0),

@@ -6,6 +6,18 @@
 #include <cmath>
 
 namespace keratin {
+namespace {
+
+// Whether one of the contacts, ascending by key, is the same place of the edge.
+bool is_listed_near(const Contact& c, std::span<const Contact> contacts) {
+    auto k = std::lower_bound(contacts.begin(), contacts.end(), c.key.pair,
+                              [](const Contact& l, std::uint64_t r) { return l.key.pair < r; });
+    for (; k != contacts.end() && k->key.pair == c.key.pair; ++k)
+        if (k->by_place && std::fabs(k->parameter[0] - c.parameter[0]) < kPartOnSolid) return true;
+    return false;
+}
+
+}  // namespace
 
 std::size_t merge_contacts(std::span<const FoundContact> found, std::vector<Contact>& contacts) {
     const std::size_t before = contacts.size();
@@ -14,6 +26,8 @@ std::size_t merge_contacts(std::span<const FoundContact> found, std::vector<Cont
     for (const FoundContact& f : found) {
         while (i < before && contacts[i].key < f.contact.key) ++i;
         if (i < before && contacts[i].key == f.contact.key) continue;
+        if (f.contact.by_place && is_listed_near(f.contact, std::span(contacts).first(before)))
+            continue;
         contacts.push_back(f.contact);
         contacts.back().fresh = true;
     }
@@ -124,16 +138,10 @@ std::size_t refresh_contacts(const ContactStrands& strands, std::span<const Movi
         } else {
             // What another part of the edge has is another contact's.
             double low = 0, high = 1;
-            bool stays = false;
             if (c.against_collider) {
-                // The name is 0 for what leaves sideways, and beyond the last part for the tip.
-                const std::uint32_t name = c.key.feature >> (kFeatureParts + 1);
-                if (name > 0 && comes_down(start_distance - surface, c.distance)) {
-                    low = std::min(1.0, static_cast<double>(name - 1) / kPlacesOnSolid);
-                    high = std::min(1.0, static_cast<double>(name) / kPlacesOnSolid);
-                } else {
-                    stays = true;
-                }
+                const int name = name_on_solid(c.key);
+                low = name == 0 ? s : std::min(1.0, (name - 1) * kPartOnSolid);
+                high = name == 0 ? s : std::min(1.0, name * kPartOnSolid);
             } else {
                 const std::uint32_t parts = parts_of_first(p, q, delta);
                 const std::uint32_t part = c.key.feature >> kFeatureParts;
@@ -142,13 +150,8 @@ std::size_t refresh_contacts(const ContactStrands& strands, std::span<const Movi
             }
             const SegmentPair<double> pair =
                 closest_segments(mix(p1.a, p1.b, low), mix(p1.a, p1.b, high), q1.a, q1.b);
-            if (stays && std::sqrt(pair.squared_distance) <= target - kElsewhere * c.distance) {
-                // Far too deep a place is another contact's (against_axis), this one stays.
-                t = closest_on_segment(mix(p1.a, p1.b, s), q1.a, q1.b);
-            } else {
-                s = low + (high - low) * pair.s;
-                t = pair.t;
-            }
+            s = low + (high - low) * pair.s;
+            t = pair.t;
         }
         const Vector3 w = mix(p1.a, p1.b, s) - mix(q1.a, q1.b, t);
         const double d = length(w);

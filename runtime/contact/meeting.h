@@ -16,7 +16,7 @@ inline constexpr double kTouching = 1e-9;  // m; below it two closest points giv
 // Of delta: how much farther an end of a segment may be and count as the closest point.
 inline constexpr double kSnap = 4e-3;
 // Of delta: how deep an edge on a round solid must be for another place of it to be a contact.
-inline constexpr double kElsewhere = 0.05;
+inline constexpr double kElsewhere = 5e-3;
 
 // One place where two segments meet.
 struct Meeting {
@@ -57,15 +57,22 @@ inline constexpr std::uint32_t kFeatureParts = 2;  // bits below the part
 // of its own. How many parts the pair has by its place at the start of the step: 1 for edges that
 // cross, where the nearest place is the only one.
 std::uint32_t parts_of_first(const MovingSegment& p, const MovingSegment& q, double delta);
-// Places that an edge may have on a round solid, told apart by the part of the edge.
-inline constexpr std::uint32_t kPlacesOnSolid = 8;
-// Whether all places of an edge have names by their part: that of an edge that comes down on the
-// solid. Where it begins the step on it, start_distance (m) from the surface, the place met first
-// has one name: else ropes that slide round a pole would start anew at every part.
-inline bool comes_down(double start_distance, double delta) { return start_distance > 2 * delta; }
+// An edge may lean on a round solid in several places. Each is named by the part of the edge in
+// which it was first met; what is met less than a part away from a known place is that place again,
+// whatever its name. So neither a tip that comes down beside a known place is missed, nor do ropes
+// that slide round a pole get new contacts at every part. The bow of a part of a hair's edge on a
+// head is below a hundredth of the hair's radius.
+inline constexpr std::uint32_t kPartsOnSolid = 16;
+inline constexpr double kPartOnSolid = 1.0 / kPartsOnSolid;  // of the edge
 // Part of a place s, 0 .. parts - 1.
 inline std::uint32_t part_at(double s, std::uint32_t parts) {
     return std::min(static_cast<std::uint32_t>(s * parts), parts - 1);
+}
+
+// Number of the part plus 1 in the key of a contact with a round solid; 0: a vertex, or what leaves
+// the solid sideways; kPartsOnSolid + 1: the end of a strand.
+inline int name_on_solid(const ContactKey& key) {
+    return static_cast<int>(key.feature >> (kFeatureParts + 1));
 }
 
 // The edge that a place of an edge is filed under.

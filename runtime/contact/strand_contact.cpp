@@ -2,12 +2,14 @@
 
 #include "runtime/contact/contact_list.h"
 #include "runtime/contact/coulomb.h"
+#include "runtime/contact/meeting.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
 #include <omp.h>
+#include <utility>
 
 namespace keratin {
 namespace {
@@ -150,6 +152,45 @@ struct StrandContact::Memory {
         return contacts.empty() ? 0 : sum / static_cast<double>(contacts.size());
     }
 
+    // Gives new contacts the impulses of the step before: what each had, once, as far as its normal
+    // of now allows it.
+    void start_from_before() {
+        auto give = [&](Remembered& r, Contact& c) {
+            const Vector3 had = std::exchange(r.impulse, Vector3(0));
+            const double n = dot(had, c.normal);
+            if (n <= 0) return;
+            Vector3 t = had - n * c.normal;
+            const double most = std::min(c.friction, kMostFriction) * n, size = length(t);
+            if (size > most) t *= most / size;
+            c.impulse = n * c.normal + t;
+            unapplied = true;
+        };
+        std::size_t i = 0;
+        for (Contact& c : contacts) {
+            while (i < before.size() && before[i].key < c.key) ++i;
+            if (i == before.size()) break;
+            if (before[i].key == c.key) give(before[i], c);
+        }
+        // What has slid on a round solid may have the name of the next part by now.
+        i = 0;
+        for (Contact& c : contacts) {
+            while (i < before.size() && before[i].key.pair < c.key.pair) ++i;
+            if (i == before.size()) break;
+            if (!c.fresh || !c.by_place || squared_length(c.impulse) > 0) continue;
+            Remembered* nearest = nullptr;
+            int distance = 3;  // parts
+            for (std::size_t k = i; k < before.size() && before[k].key.pair == c.key.pair; ++k) {
+                const int d = std::abs(name_on_solid(before[k].key) - name_on_solid(c.key));
+                if (name_on_solid(before[k].key) == 0 || d >= distance ||
+                    squared_length(before[k].impulse) == 0)
+                    continue;
+                nearest = &before[k];
+                distance = d;
+            }
+            if (nearest) give(*nearest, c);
+        }
+    }
+
     void write_back() {
         for (std::size_t c = 0; c < contacts.size() && 3 * c < impulses.size(); ++c) {
             contacts[c].impulse = contacts[c].applied = Vector3(0);
@@ -271,24 +312,7 @@ std::size_t StrandContact::detect(const ContactProblem& problem, std::span<const
     start = now();
     const std::size_t refreshed = refresh_contacts(strands, m.shapes, settings, m.contacts);
     std::size_t added = merge_contacts(found, m.contacts);
-    if (added > 0 && !m.before.empty()) {
-        std::size_t i = 0;
-        for (Contact& c : m.contacts) {
-            while (i < m.before.size() && m.before[i].key < c.key) ++i;
-            if (i == m.before.size()) break;
-            if (m.before[i].key != c.key) continue;
-            // What it had, once, as far as its normal of now allows it.
-            const Vector3 r = m.before[i].impulse;
-            m.before[i].impulse = Vector3(0);
-            const double n = dot(r, c.normal);
-            if (squared_length(r) == 0 || n <= 0) continue;
-            Vector3 t = r - n * c.normal;
-            const double most = std::min(c.friction, kMostFriction) * n, size = length(t);
-            if (size > most) t *= most / size;
-            c.impulse = n * c.normal + t;
-            m.unapplied = true;
-        }
-    }
+    if (added > 0) m.start_from_before();
     const United united = unite_contacts(strands, m.contacts);
     added -= united.fresh;
     if (added + refreshed + united.all > 0) m.write_laws(problem);
