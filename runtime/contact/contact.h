@@ -58,6 +58,12 @@ struct Contact {
     Vector3 applied{0, 0, 0};            // N s, the part of it that the velocity contains already
 };
 
+// Where a contact is on the centre line of a side's edge at the start of the step.
+inline Vector3 place_of(const ContactStrands& strands, const Contact& contact, int side) {
+    const std::uint32_t v = strands.first_vertex[contact.edge[side]];
+    return mix(strands.x_t0[v], strands.x_t0[v + 1], contact.parameter[side]);
+}
+
 // One side of a contact as rows of H (METHODS 2.6): the velocity of the edge's material at the
 // common point along normal, first and second tangent, from the seven numbers of its edge, which
 // stand `stride` apart: vertex a (3), spin, vertex b (3). On side 1 the sign is turned, so that the

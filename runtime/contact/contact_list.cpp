@@ -40,10 +40,7 @@ std::size_t merge_contacts(std::span<const FoundContact> found, std::vector<Cont
 United unite_contacts(const ContactStrands& strands, std::vector<Contact>& contacts) {
     constexpr double kOnePlace = 0.1;   // of delta
     constexpr double kOneNormal = 0.9;  // cosine
-    auto point = [&](const Contact& c, int side) {
-        const std::uint32_t v = strands.first_vertex[c.edge[side]];
-        return mix(strands.x_t0[v], strands.x_t0[v + 1], c.parameter[side]);
-    };
+    auto point = [&](const Contact& c, int side) { return place_of(strands, c, side); };
     auto at_one_place = [&](const Contact& a, const Contact& b) {
         if (a.against_collider != b.against_collider || dot(a.normal, b.normal) < kOneNormal ||
             strands.strand[a.edge[0]] != strands.strand[b.edge[0]])
@@ -95,16 +92,16 @@ United unite_contacts(const ContactStrands& strands, std::vector<Contact>& conta
     return went;
 }
 
-std::size_t refresh_contacts(const ContactStrands& strands, std::span<const MovingShape> colliders,
-                             const DetectionSettings& settings, std::span<Contact> contacts) {
+Refreshed refresh_contacts(const ContactStrands& strands, std::span<const MovingShape> colliders,
+                           const DetectionSettings& settings, std::span<Contact> contacts) {
     constexpr std::uint32_t kMostRenewals = 3;  // of a contact in a step
-    std::size_t changed = 0;
+    constexpr double kOverlaps = 0.01;          // of delta
+    std::size_t changed = 0, overlapping = 0;
     const int threads = std::max(1, settings.threads);
-#pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : changed)
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : changed, overlapping)
     for (std::size_t i = 0; i < contacts.size(); ++i) {
         Contact& c = contacts[i];
         c.shortfall = 0;
-        if (c.renewals >= kMostRenewals) continue;
         MovingSegment p = world_edge(strands, c.edge[0]), q{};
         double delta = c.distance, surface = 0;
         const bool start_first = (c.key.feature & kStartOfFirst) != 0;
@@ -160,9 +157,12 @@ std::size_t refresh_contacts(const ContactStrands& strands, std::span<const Movi
         const double along = dot(n, c.normal);
         if (along < 0) n = -n;
         const double reached = along < 0 ? -d : d;
-        if (reached >= target - settings.end_tolerance * c.distance ||
-            !apart_at_start(p, q, s, t, n, std::min(delta, start_distance)))
+        if (reached >= target - settings.end_tolerance * c.distance) continue;
+        if (c.renewals >= kMostRenewals ||
+            !apart_at_start(p, q, s, t, n, std::min(delta, start_distance))) {
+            overlapping += d < target - kOverlaps * c.distance;
             continue;
+        }
         c.parameter[0] = s;
         c.parameter[1] = t;
         c.normal = n;
@@ -176,7 +176,7 @@ std::size_t refresh_contacts(const ContactStrands& strands, std::span<const Movi
         ++c.renewals;
         ++changed;
     }
-    return changed;
+    return {changed, overlapping};
 }
 
 }  // namespace keratin

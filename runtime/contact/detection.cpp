@@ -45,8 +45,8 @@ Detection& Detection::operator=(Detection&&) noexcept = default;
 namespace {
 
 // Keeps for each key the earliest, then the nearest; drops a contact found at the end of the edge
-// before when its own edge has one in its inside with the same partner.
-void sort_and_unite(std::vector<FoundContact>& list) {
+// before when its own edge has one in its inside with the same partner within a contact distance.
+void sort_and_unite(const ContactStrands& strands, std::vector<FoundContact>& list) {
     std::sort(list.begin(), list.end(), [](const FoundContact& l, const FoundContact& r) {
         if (l.contact.key != r.contact.key) return l.contact.key < r.contact.key;
         if (l.moved != r.moved) return !l.moved;
@@ -56,15 +56,20 @@ void sort_and_unite(std::vector<FoundContact>& list) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < list.size();) {
         std::size_t end = i;
-        bool inside = false;
-        while (end < list.size() && list[end].contact.key.pair == list[i].contact.key.pair) {
-            inside |= !list[end].moved &&
-                      (list[end].contact.key.feature & (kStartOfFirst | kStartOfSecond)) == 0;
-            ++end;
-        }
+        while (end < list.size() && list[end].contact.key.pair == list[i].contact.key.pair) ++end;
+        const auto has_inside_near = [&](const Contact& c) {
+            return std::any_of(
+                list.begin() + static_cast<std::ptrdiff_t>(i),
+                list.begin() + static_cast<std::ptrdiff_t>(end), [&](const FoundContact& f) {
+                    return !f.moved &&
+                           (f.contact.key.feature & (kStartOfFirst | kStartOfSecond)) == 0 &&
+                           squared_length(place_of(strands, f.contact, 0) -
+                                          place_of(strands, c, 0)) < c.distance * c.distance;
+                });
+        };
         for (std::size_t k = i; k < end; ++k) {
             if (k > i && list[k].contact.key == list[k - 1].contact.key) continue;
-            if (inside && list[k].moved) continue;
+            if (list[k].moved && has_inside_near(list[k].contact)) continue;
             list[kept++] = list[k];
         }
         i = end;
@@ -291,7 +296,7 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
 
     for (std::size_t j = 0; j < jobs; ++j)
         m.list.insert(m.list.end(), m.found[j].begin(), m.found[j].end());
-    sort_and_unite(m.list);
+    sort_and_unite(strands, m.list);
     counts_.narrow_seconds = seconds_since(start);
     return m.list;
 }

@@ -57,6 +57,7 @@ struct StrandContact::Memory {
     std::vector<double> eased;              // [contacts] m/s
     bool changed = true;                    // contacts since W was assembled
     bool together = false;                  // sweeps have not been enough in this step
+    std::size_t overlapping = 0;            // contacts, by the last detection
     bool unapplied = false;  // remembered impulses that the velocity does not contain yet
     ImpulsePass impulse_pass;
     GaussSeidel gauss_seidel;
@@ -310,16 +311,19 @@ std::size_t StrandContact::detect(const ContactProblem& problem, std::span<const
     m.totals.detection_seconds += now() - start;
 
     start = now();
-    const std::size_t refreshed = refresh_contacts(strands, m.shapes, settings, m.contacts);
+    const Refreshed refreshed = refresh_contacts(strands, m.shapes, settings, m.contacts);
+    m.overlapping = refreshed.overlapping;
     std::size_t added = merge_contacts(found, m.contacts);
     if (added > 0) m.start_from_before();
     const United united = unite_contacts(strands, m.contacts);
     added -= united.fresh;
-    if (added + refreshed + united.all > 0) m.write_laws(problem);
-    if (refreshed > 0) m.correct_gaps(problem, v);
+    if (added + refreshed.changed + united.all > 0) m.write_laws(problem);
+    if (refreshed.changed > 0) m.correct_gaps(problem, v);
     m.totals.bookkeeping_seconds += now() - start;
-    return added + refreshed;
+    return added + refreshed.changed;
 }
+
+bool StrandContact::overlaps() const { return memory_->overlapping > 0; }
 
 ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const double> v,
                                 const RodInverse& inverse, std::span<double> impulse) {

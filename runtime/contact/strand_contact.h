@@ -70,6 +70,7 @@ class StrandContact final : public ContactSolver {
     void attached() override;
     void begin_step(const ContactProblem& problem) override;
     std::size_t detect(const ContactProblem& problem, std::span<const double> v) override;
+    bool overlaps() const override;
     ContactPass pass(const ContactProblem& problem, std::span<const double> v,
                      const RodInverse& inverse, std::span<double> impulse) override;
     void end_step(const ContactProblem& problem, std::span<const double> v) override;

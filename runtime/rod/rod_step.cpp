@@ -469,11 +469,11 @@ struct Solver {
         }
     }
 
-    // Algorithm 2 (METHODS §2.4) with the impulses inside the Newton iteration: they are found for the
-    // velocity that the whole Newton step leads to, and the step is taken with them. (Taken without
-    // them, it would base the next one on strands that have run into each other.) Returns whether it
-    // converged.
-    bool iterate_scene(const ContactProblem& p, RodStepReport& report) {
+    // Algorithm 2 (METHODS §2.4) with the impulses inside the Newton iteration: they are found for
+    // the velocity that the whole Newton step leads to, and the step is taken with them. (Taken
+    // without them, it would base the next one on strands that have run into each other.)
+    enum class Outcome { open, overlapping, converged };
+    Outcome iterate_scene(const ContactProblem& p, RodStepReport& report) {
         // Contacts that the impulses cause are looked for every other time until there are none with
         // the velocities this near (in tolerances): geometry and impulses come to rest together, in a
         // third of the iterations that one after the other takes where hair lands on a head.
@@ -501,7 +501,7 @@ struct Solver {
                 running |= w.running;
                 failed |= w.failed;
             }
-            if (failed != 0) return false;
+            if (failed != 0) return Outcome::open;
             gather_velocity();
             r.stats.dynamics += seconds() - start;
             const bool settled = k > 0 && running == 0 && !pass.stalled && !pass.unfinished &&
@@ -518,7 +518,7 @@ struct Solver {
                 if (settled && added == 0) {
                     report.contacts = static_cast<std::uint32_t>(pass.contacts);
                     report.mean_impulse_change = pass.contacts == 0 ? 0 : pass.mean_change;
-                    return true;
+                    return r.contact->overlaps() ? Outcome::overlapping : Outcome::converged;
                 }
             }
             start = seconds();
@@ -547,11 +547,11 @@ struct Solver {
             look = !quiet && k > looked;
             ++report.contact_iterations;
             r.stats.dynamics += seconds() - start;
-            if (failed != 0) return false;
+            if (failed != 0) return Outcome::open;
         }
         report.contacts = static_cast<std::uint32_t>(pass.contacts);
         report.mean_impulse_change = pass.mean_change;
-        return false;
+        return Outcome::open;
     }
 
     void advance_scene(const Part& part, double whole, std::uint32_t depth, RodStepReport& report) {
@@ -563,18 +563,18 @@ struct Solver {
         r.stats.prepare += seconds() - start;
         const ContactProblem p = problem(part, whole);
         r.contact->begin_step(p);
-        const bool converged = iterate_scene(p, report);
+        const Outcome outcome = iterate_scene(p, report);
         std::uint32_t failed = 0;
         for (std::ptrdiff_t b = 0; b < count; ++b) failed |= r.work[b]->failed;
         const std::uint32_t limit = failed != 0 ? r.settings.halvings : r.settings.contact_halvings;
-        if (!converged && depth < std::min(limit, r.settings.halvings)) {
+        if (outcome != Outcome::converged && depth < std::min(limit, r.settings.halvings)) {
             if (depth == 0) report.halved = static_cast<std::uint32_t>(blocks.first.size());
             const double middle = (part.s0 + part.s1) / 2;
             advance_scene({part.h / 2, part.s0, middle}, whole, depth + 1, report);
             advance_scene({part.h / 2, middle, part.s1}, whole, depth + 1, report);
             return;
         }
-        if (!converged) {
+        if (outcome == Outcome::open) {
             report.at_cap = static_cast<std::uint32_t>(blocks.first.size());
             for (std::ptrdiff_t b = 0; b < count; ++b) r.work[b]->running = 0;
             gather_velocity();

@@ -88,6 +88,18 @@ TEST_CASE("a vertex shared by two edges gives one contact") {
     CHECK(find(c).size() == 1);
 }
 
+TEST_CASE("a vertex is met though the next edge has met the same partner far from it") {
+    Chains c;
+    c.add({{-5e-3, 0, 0}, {5e-3, 0, 0}}, {0, 0, 0}, r);
+    c.add({{-2e-3, 3e-3, 0}, {0, 2 * r + 6e-5, 0}, {4e-3, 2 * r + 2e-5, 0}}, {0, -1e-4, 0}, r);
+    const auto found = find(c);
+    REQUIRE(found.size() == 2);
+    for (const double along : {0.0, 1.0})
+        CHECK(std::ranges::count_if(found, [&](const FoundContact& f) {
+                  return f.contact.edge[1] == 2 && f.contact.parameter[1] == along;
+              }) == 1);
+}
+
 TEST_CASE("parallel strands with facing vertices have one contact a pair of vertices") {
     Chains c;
     c.add(line({0, 0, 0}, {0.03, 0, 0}, 3), {0, 0, 0}, r);
@@ -254,13 +266,19 @@ TEST_CASE("a contact that ends too near is taken anew at the end of the step") {
     CHECK(merge_contacts(detection.find(c.view(), {}, settings), list) == 1);
     CHECK(merge_contacts(detection.find(c.view(), {}, settings, true), list) == 0);
     const double before = list[0].gap;
-    CHECK(refresh_contacts(c.view(), {}, settings, list) == 1);
+    CHECK(refresh_contacts(c.view(), {}, settings, list).changed == 1);
     CHECK(list[0].parameter[0] == Approx(0.25).margin(1e-3));
     CHECK(before == Approx(0).margin(1e-12));
     // With the new place the law asks for the missing 5e-5 m.
     const Vector3 p0 = mix(c.x_t1[0], c.x_t1[1], list[0].parameter[0]),
                   p1 = mix(c.x_t1[2], c.x_t1[3], list[0].parameter[1]);
     CHECK(dot(list[0].normal, p0 - p1) - list[0].distance == Approx(-5e-5).epsilon(1e-2));
+    // Turned as often as a step allows, it is left as it is, and said to overlap.
+    CHECK(refresh_contacts(c.view(), {}, settings, list).overlapping == 0);
+    list[0].renewals = 100;
+    const Refreshed left = refresh_contacts(c.view(), {}, settings, list);
+    CHECK(left.changed == 0);
+    CHECK(left.overlapping == 1);
 }
 
 TEST_CASE("edges along each other have a contact in each part that is too near, crossing ones one") {
@@ -357,4 +375,23 @@ TEST_CASE(
     const auto found = detection.find(c.view(), one(sphere), {}, true);
     REQUIRE(found.size() == 2);
     CHECK(std::fabs(found[0].contact.parameter[0] - found[1].contact.parameter[0]) > 0.3);
+}
+
+TEST_CASE("on a sphere a place less than a part of the edge from a known one is that place") {
+    Chains c;
+    c.add({{0, 0, 0}, {5e-3, 0, 0}}, {0, 0, 0}, r);
+    // The edge rests on the sphere's top, at the share s of its length.
+    const auto touching = [&](double s) {
+        return find(
+            c,
+            one({{ShapeKind::sphere, {5e-3 * s, -0.1, 0}, {0, 0, 0}, 0.1 - r, nullptr}, {}, {}}));
+    };
+    for (const double s : {0.49, 0.30, 0.72}) {
+        std::vector<Contact> list;
+        CHECK(merge_contacts(touching(s), list) == 1);
+        CHECK(merge_contacts(touching(s + 0.05), list) == 0);
+        CHECK(merge_contacts(touching(s - 0.05), list) == 0);
+        CHECK(merge_contacts(touching(s + 0.13), list) == 1);
+        CHECK(list.size() == 2);
+    }
 }
