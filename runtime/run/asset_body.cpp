@@ -264,7 +264,7 @@ std::vector<CacheCollider> cache_asset_colliders(const AssetBody& body, double t
     std::vector<CacheCollider> out;
     for (const AssetCollider& collider : body.asset.info().colliders) {
         const measure::Rigid m =
-            to_rigid(bones.empty() ? motion : compose(motion, bones[collider.bone]));
+            to_rigid(bones.empty() ? motion : chained(motion, bones[collider.bone]));
         const auto at = [&](const std::array<float, 3>& p) {
             return to_float(measure::apply(m, to_point(p)));
         };

@@ -48,18 +48,6 @@ RigidTransform pose_at(const Motion& motion, double time) {
     return out;
 }
 
-RigidTransform compose(const RigidTransform& outer, const RigidTransform& inner) {
-    const auto& p = outer.rotation;
-    const auto& q = inner.rotation;
-    const measure::Point moved = measure::apply(
-        to_rigid(outer), {inner.translation[0], inner.translation[1], inner.translation[2]});
-    return {{moved.x, moved.y, moved.z},
-            {p[3] * q[0] + p[0] * q[3] + p[1] * q[2] - p[2] * q[1],
-             p[3] * q[1] - p[0] * q[2] + p[1] * q[3] + p[2] * q[0],
-             p[3] * q[2] + p[0] * q[1] - p[1] * q[0] + p[2] * q[3],
-             p[3] * q[3] - p[0] * q[0] - p[1] * q[1] - p[2] * q[2]}};
-}
-
 measure::Rigid to_rigid(const RigidTransform& m) {
     return {{m.translation[0], m.translation[1], m.translation[2]},
             m.rotation[0],

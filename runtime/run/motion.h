@@ -13,9 +13,6 @@ namespace keratin {
 // after the last; no keyframes: at rest.
 RigidTransform pose_at(const Motion& motion, double time);
 
-// x -> outer(inner(x))
-RigidTransform compose(const RigidTransform& outer, const RigidTransform& inner);
-
 measure::Rigid to_rigid(const RigidTransform& transform);
 
 // A run of equal steps: n = ceil(frame / step - 1e-6) to a frame. Step k (from 0) goes from

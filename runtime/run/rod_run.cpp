@@ -2,6 +2,7 @@
 // strands.
 #include "runtime/contact/strand_contact.h"
 #include "runtime/rod/rod_simulation.h"
+#include "runtime/root_transform.h"
 #include "runtime/run/asset_body.h"
 #include "runtime/run/mesh_frames.h"
 #include "runtime/run/motion.h"
@@ -384,7 +385,7 @@ Result<void> RodRun::add_asset_colliders(std::vector<ContactCollider>& out) {
                                const RigidTransform motion = pose_at(body.scene->motion, time);
                                const Motion* own = body.bones.empty() ? nullptr : body.bones[bone];
                                const RigidTransform m =
-                                   own ? compose(motion, pose_at(*own, time)) : motion;
+                                   own ? chained(motion, pose_at(*own, time)) : motion;
                                return make_pose(m.rotation[0], m.rotation[1], m.rotation[2],
                                                 m.rotation[3], to_vector3(m.translation));
                            }});
