@@ -136,6 +136,18 @@ Result<void> check_together(const TypedJson& json, const Recipe& recipe) {
     if (recipe.points_per_strand && recipe.max_error)
         return json.wrong("max_error",
                           "`points_per_strand` is written too; write only one of them");
+    if (recipe.attach == Attach::all) {
+        const std::string rigid =
+            "every point follows its root (\"attach\": \"all\"), so that nothing can sag; leave it "
+            "out";
+        if (recipe.sag_free) return json.wrong("strand.sag_free", rigid);
+        if (recipe.rod_sag_free) return json.wrong("rod.sag_free", rigid);
+        for (std::size_t i = 0; i < recipe.groups.size(); ++i) {
+            const std::string path = "groups[" + std::to_string(i) + "]";
+            if (recipe.groups[i].sag_free) return json.wrong(path + ".strand.sag_free", rigid);
+            if (recipe.groups[i].rod_sag_free) return json.wrong(path + ".rod.sag_free", rigid);
+        }
+    }
     if (!recipe.mesh.empty()) return {};
     if (recipe.attach == Attach::triangle)
         return json.wrong("attach",

@@ -157,6 +157,12 @@ TEST_CASE("a mistake in a recipe is named with its place and what would be right
         {R"("attach": "triangle")",
          "groom.json:2:11: attach: roots are to follow triangles but the recipe has no `mesh`; "
          "write \"mesh\": { \"file\": ... } or \"attach\": \"bone\""},
+        {R"("attach": "all", "rod": { "sag_free": true })",
+         "groom.json:2:39: rod.sag_free: every point follows its root (\"attach\": \"all\"), so "
+         "that nothing can sag; leave it out"},
+        {R"("attach": "all", "groups": [{ "name": "brow", "strand": { "sag_free": true } }])",
+         "groom.json:2:71: groups[0].strand.sag_free: every point follows its root (\"attach\": "
+         "\"all\"), so that nothing can sag; leave it out"},
         {R"("push_out": 1)",
          "groom.json:2:13: push_out: expected true or false but found the number 1"},
         {R"("colliders": "fit")",
