@@ -296,7 +296,10 @@ void hairball_section(Report& report) {
     scenes::HairballOptions options;
     if (report.options.quick) options.strands = 100;
     const scenes::ContactScene scene = scenes::hairball(options);
-    Run from(scene);
+    // The landing on the way there may be coarse: it is long past by then.
+    scenes::ContactScene way = scene;
+    way.rod.contact_halvings = 1;
+    Run from(way);
     while (static_cast<double>(from.steps) * scene.step < kTurning - 1e-9) (void)from.step();
     for (const int threads : {1, 2}) {
         if (report.options.threads > 0 && threads != report.options.threads) continue;
