@@ -3,11 +3,13 @@
 #include "runtime/contact/contact_newton.h"
 #include "runtime/contact/coulomb.h"
 #include "runtime/contact/gauss_seidel_sweep.h"
+#include "runtime/contact/spin_barrier.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <new>
+#include <omp.h>
 #include <vector>
 
 namespace keratin {
@@ -100,7 +102,7 @@ struct GaussSeidel::Memory {
     std::vector<ContactBatch, AlignedAllocator<ContactBatch>> batches;
     std::vector<std::uint32_t> batch_of;  // 8 * batch + lane of each contact
     std::vector<Bucket> buckets;
-    std::vector<double> bucket_sum;
+    std::vector<double> bucket_sum, bucket_square;
     std::vector<std::uint32_t> count, last_batch, bucket_of, order;
     std::vector<std::uint32_t> block_strands, block_start;
     std::vector<std::uint64_t> block_version;  // of the inverse that the block's columns come from
@@ -273,6 +275,7 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
             {bucket / (kGroups * kGroups), first, static_cast<std::uint32_t>(m.batches.size())});
     }
     m.bucket_sum.resize(m.buckets.size());
+    m.bucket_square.resize(m.buckets.size());
     if (m.block_version.size() != blocks)
         m.block_version.assign(blocks, std::numeric_limits<std::uint64_t>::max());
     renew(layout, laws, places, inverse, threads, exact);
@@ -499,12 +502,11 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
     const std::size_t numbers = m.batches.size() * kBatchImpulses, states = m.state.size();
     for (AlignedNumbers* a : {&m.impulse_before, &m.impulse_along}) a->assign(numbers, 0.0);
     for (AlignedNumbers* a : {&m.state_before, &m.state_along}) a->assign(states, 0.0);
-    const std::ptrdiff_t chunks = static_cast<std::ptrdiff_t>((states + kChunk - 1) / kChunk);
-    double last_square = std::numeric_limits<double>::infinity(), along = 0;
+    const std::size_t chunks = (states + kChunk - 1) / kChunk;
+    double last_square = std::numeric_limits<double>::infinity();
     const double enough = std::max(settings.residual, settings.gain * report.start);
     double best = last_square, kept = report.start;
     std::uint32_t best_sweep = 0;
-    bool done = false;
     auto each_kept = [&](auto&& visit) {
         for (std::size_t b = 0; b < m.batches.size(); ++b) {
             visit(&m.batches[b].impulse[0][0], m.best_impulse.data() + b * kBatchImpulses,
@@ -525,87 +527,96 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
                 visit(m.batches[b].impulse[i / kContactBatch][i % kContactBatch],
                       b * kBatchImpulses + i);
     };
-#pragma omp parallel num_threads(settings.threads)
-    while (!done) {
-#pragma omp for schedule(static, 1) nowait
-        for (std::size_t b = 0; b < buckets; ++b)
-            each_impulse(b, [&](double& r, std::size_t i) { m.impulse_before[i] = r; });
-#pragma omp for schedule(static)
-        for (std::ptrdiff_t c = 0; c < chunks; ++c) {
-            const std::size_t end = std::min(states, (c + 1) * kChunk);
-            for (std::size_t i = c * kChunk; i < end; ++i) m.state_before[i] = m.state[i];
-        }
-        for (std::size_t first = 0; first < buckets;) {
-            std::size_t last = first;
-            while (last < buckets && m.buckets[last].phase == m.buckets[first].phase) ++last;
-#pragma omp for schedule(static, 1)
-            for (std::size_t b = first; b < last; ++b)
-                kernels.sweep(view, m.buckets[b].first_batch, m.buckets[b].last_batch);
-            first = last;
-        }
-#pragma omp single
-        ++report.sweeps;
-        if (report.sweeps % kResidualEvery == 0 || report.sweeps >= settings.most_sweeps) {
-#pragma omp for schedule(static, 1)
-            for (std::size_t b = 0; b < buckets; ++b)
-                m.bucket_sum[b] =
-                    kernels.residual(view, m.buckets[b].first_batch, m.buckets[b].last_batch);
-#pragma omp single
-            {
-                report.residual = mean_residual();
-                if (report.residual < kProgress * best) {
-                    best = report.residual;
-                    best_sweep = report.sweeps;
+    SpinBarrier barrier;
+    // Every thread decides the same from the same sums, in the same order.
+#pragma omp parallel num_threads(settings.threads) firstprivate(best, best_sweep, last_square)
+    {
+        const auto thread = static_cast<std::size_t>(omp_get_thread_num()),
+                   team = static_cast<std::size_t>(omp_get_num_threads());
+        const auto meet = [&] { barrier.wait(static_cast<std::uint32_t>(team)); };
+        const auto each = [&](std::size_t first, std::size_t last, auto&& body) {
+            for (std::size_t k = first + thread; k < last; k += team) body(k);
+        };
+        const auto each_state = [&](auto&& body) {
+            each(0, chunks, [&](std::size_t c) {
+                const std::size_t end = std::min(states, (c + 1) * kChunk);
+                for (std::size_t i = c * kChunk; i < end; ++i) body(i);
+            });
+        };
+        for (std::uint32_t sweeps = 1;; ++sweeps) {
+            each(0, buckets, [&](std::size_t b) {
+                each_impulse(b, [&](double& r, std::size_t i) { m.impulse_before[i] = r; });
+            });
+            each_state([&](std::size_t i) { m.state_before[i] = m.state[i]; });
+            meet();
+            for (std::size_t first = 0; first < buckets;) {
+                std::size_t last = first;
+                while (last < buckets && m.buckets[last].phase == m.buckets[first].phase) ++last;
+                each(first, last, [&](std::size_t b) {
+                    kernels.sweep(view, m.buckets[b].first_batch, m.buckets[b].last_batch);
+                });
+                meet();
+                first = last;
+            }
+            if (sweeps % kResidualEvery == 0 || sweeps >= settings.most_sweeps) {
+                each(0, buckets, [&](std::size_t b) {
+                    m.bucket_sum[b] =
+                        kernels.residual(view, m.buckets[b].first_batch, m.buckets[b].last_batch);
+                });
+                meet();
+                const double residual = mean_residual();
+                if (residual < kProgress * best) {
+                    best = residual;
+                    best_sweep = sweeps;
                 }
-                done = report.sweeps >= settings.most_sweeps ||
-                       (report.sweeps >= settings.least_sweeps &&
-                        (report.residual <= enough || report.sweeps >= best_sweep + kPatience));
-                if (!done && report.residual < kept) keep();
+                const bool done = sweeps >= settings.most_sweeps ||
+                                  (sweeps >= settings.least_sweeps &&
+                                   (residual <= enough || sweeps >= best_sweep + kPatience));
+                if (thread == 0) {
+                    report.residual = residual;
+                    report.sweeps = sweeps;
+                    if (!done && residual < kept) keep();
+                }
+                if (done) break;
+                if (settings.leeway > 0 && sweeps % kEaseEvery == 0) {
+                    meet();
+                    each(0, buckets, [&](std::size_t b) {
+                        kernels.ease(view, m.buckets[b].first_batch, m.buckets[b].last_batch,
+                                     settings.leeway);
+                    });
+                    last_square = std::numeric_limits<double>::infinity();
+                }
             }
-            if (done) break;
-            if (settings.leeway > 0 && report.sweeps % kEaseEvery == 0) {
-#pragma omp for schedule(static, 1)
-                for (std::size_t b = 0; b < buckets; ++b)
-                    kernels.ease(view, m.buckets[b].first_batch, m.buckets[b].last_batch,
-                                 settings.leeway);
-#pragma omp single
-                last_square = std::numeric_limits<double>::infinity();
-            }
-        }
-#pragma omp for schedule(static, 1)
-        for (std::size_t b = 0; b < buckets; ++b) {
-            double square = 0;
-            each_impulse(b, [&](double& r, std::size_t i) {
-                const double d = r - m.impulse_before[i];
-                square += d * d;
+            each(0, buckets, [&](std::size_t b) {
+                double square = 0;
+                each_impulse(b, [&](double& r, std::size_t i) {
+                    const double d = r - m.impulse_before[i];
+                    square += d * d;
+                });
+                m.bucket_square[b] = square;
             });
-            m.bucket_sum[b] = square;
-        }
-#pragma omp single
-        {
+            meet();
             double square = 0;
-            for (std::size_t b = 0; b < buckets; ++b) square += m.bucket_sum[b];
+            for (std::size_t b = 0; b < buckets; ++b) square += m.bucket_square[b];
             // Well uphill, or the first: begin anew.
-            along = square < kUphill * last_square ? std::min(1.0, square / last_square) : 0;
+            const double along =
+                square < kUphill * last_square ? std::min(1.0, square / last_square) : 0;
             last_square = square;
-        }
-#pragma omp for schedule(static, 1) nowait
-        for (std::size_t b = 0; b < buckets; ++b)
-            each_impulse(b, [&](double& r, std::size_t i) {
-                const double carried = along * m.impulse_along[i];
-                const double d = r - m.impulse_before[i];
-                r += carried;
-                m.impulse_along[i] = carried + d;
+            // The same thread copies the same numbers when the next sweep begins.
+            each(0, buckets, [&](std::size_t b) {
+                each_impulse(b, [&](double& r, std::size_t i) {
+                    const double carried = along * m.impulse_along[i];
+                    const double d = r - m.impulse_before[i];
+                    r += carried;
+                    m.impulse_along[i] = carried + d;
+                });
             });
-#pragma omp for schedule(static)
-        for (std::ptrdiff_t c = 0; c < chunks; ++c) {
-            const std::size_t end = std::min(states, (c + 1) * kChunk);
-            for (std::size_t i = c * kChunk; i < end; ++i) {
+            each_state([&](std::size_t i) {
                 const double carried = along * m.state_along[i];
                 const double d = m.state[i] - m.state_before[i];
                 m.state[i] += carried;
                 m.state_along[i] = carried + d;
-            }
+            });
         }
     }
 

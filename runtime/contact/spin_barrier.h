@@ -1,0 +1,43 @@
+// Where threads of one parallel region wait for each other.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <thread>
+
+#if defined(__x86_64__)
+#include <x86intrin.h>
+#endif
+
+namespace keratin {
+
+// For threads that meet every few microseconds: too soon for one to sleep, as OpenMP's own barrier
+// has it do in a host that lets its threads spin for a short while only. Who waits longer hands its
+// core to others.
+class SpinBarrier {
+  public:
+    // All `threads` call it; none goes on before the last has come. What each wrote before is seen
+    // by all after.
+    void wait(std::uint32_t threads) {
+        if (threads <= 1) return;
+        const std::uint32_t round = round_.load(std::memory_order_relaxed);
+        if (arrived_.fetch_add(1, std::memory_order_acq_rel) + 1 == threads) {
+            arrived_.store(0, std::memory_order_relaxed);
+            round_.store(round + 1, std::memory_order_release);
+            return;
+        }
+        constexpr int kSpins = 2000;
+        for (int spin = 0; round_.load(std::memory_order_acquire) == round; ++spin) {
+            if (spin >= kSpins) std::this_thread::yield();
+#if defined(__x86_64__)
+            else
+                _mm_pause();
+#endif
+        }
+    }
+
+  private:
+    std::atomic<std::uint32_t> arrived_ = 0, round_ = 0;
+};
+
+}  // namespace keratin
