@@ -61,12 +61,12 @@ KERATIN_LANE_INLINE Local3<Pack> solve_one_contact(const Delassus<Pack>& w, cons
     const auto frictionless = !(mu > zero);
     auto searching = (!open) & (!stick) & (!frictionless);
     if (bits(searching) != 0) {
-        // At this lambda mu r_N certainly exceeds |r_T|.
+        // At this lambda mu r_N certainly exceeds |r_T|; without bound where b_N is 0.
         const Pack c = sqrt(ca * ca + cb * cb);
         const Pack pull = sqrt(wa * wa + wb * wb);
         const Pack push = max(zero - b.n, tiny);
         Pack low = zero;
-        Pack high = c * (w.nn + mu * pull) / (mu * push) + large * Pack(1e-12);
+        Pack high = min(c * (w.nn + mu * pull) / (mu * push), Pack(1e100)) + large * Pack(1e-12);
         const Pack na = x * near.t1 + y * near.t2, nb = x * near.t2 - y * near.t1;
         const Pack fa = ca + large * na, fb = cb + small * nb;
         const Pack n_square = na * na + nb * nb;
@@ -75,25 +75,26 @@ KERATIN_LANE_INLINE Local3<Pack> solve_one_contact(const Delassus<Pack>& w, cons
                                   c * w.nn / (mu * push) - mean);
         Pack lambda = min(max(guess, zero), high);
         for (int i = 0; i < kIterations; ++i) {
-            const Pack da = one / (large + lambda), db = one / (small + lambda);
+            const Pack la = large + lambda, lb = small + lambda, inverse = one / (la * lb);
+            const Pack da = lb * inverse, db = la * inverse;
             const Pack ta = zero - ca * da, tb = zero - cb * db;
-            const Pack t_square = max(ta * ta + tb * tb, tiny);
-            const Pack inverse_t = one / sqrt(t_square);
+            const Pack t_square = max(ta * ta + tb * tb, tiny), t = sqrt(t_square);
             const Pack n = zero - (b.n + wa * ta + wb * tb) * inverse_n;
-            // Derivatives: ta' = -ta da, tb' = -tb db.
+            // Derivatives: ta' = -ta da, tb' = -tb db, |t|' = -fall / |t|. With value = mu n / |t|
+            // - 1 the step value / value' is short / slope.
             const Pack n_slope = (wa * ta * da + wb * tb * db) * inverse_n;
-            const Pack t_slope = zero - (ta * ta * da + tb * tb * db) * inverse_t;
-            const Pack value = mu * n * inverse_t - one;
-            const Pack slope = mu * (n_slope - n * t_slope * inverse_t) * inverse_t;
+            const Pack fall = ta * ta * da + tb * tb * db;
+            const Pack short_of = mu * n - t;
+            const Pack slope = mu * (n_slope * t_square + n * fall);
             ra = select(searching, ta, ra);
             rb = select(searching, tb, rb);
             rn = select(searching, n, rn);
-            const auto below = value < zero;
+            const auto below = short_of < zero;
             low = select(below, lambda, low);
             high = select(below, high, lambda);
-            const Pack next = lambda - value / select(slope > zero, slope, tiny);
+            const Pack next = lambda - short_of * t_square / select(slope > zero, slope, tiny);
             const auto bracketed = (next > low) & (next < high);
-            searching = searching & (abs(value) > Pack(kConverged));
+            searching = searching & (abs(short_of) > Pack(kConverged) * t);
             if (bits(searching) == 0) break;
             lambda = select(bracketed, next, Pack(0.5) * (low + high));
         }

@@ -96,3 +96,18 @@ TEST_CASE("the solution of one contact satisfies the Coulomb law") {
     CHECK(worst_opening < 1e-8);
     CHECK(worst_direction < 1e-10);
 }
+
+TEST_CASE("a sliding contact that does not press, or hardly, has a finite impulse in the cone") {
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    for (int i = 0; i < 200; ++i) {
+        const Delassus<Double1> w = random_operator(random);
+        for (const double push : {0.0, 1e-310, 1e-300, 1e-200}) {
+            const Local3<Double1> b = local(-push, 1e12 * normal(random), 1e12 * normal(random));
+            const Local3<Double1> r = solve_one_contact(w, b, Double1(0.3));
+            INFO(i << ", push " << push);
+            REQUIRE(std::isfinite(r.n.v));
+            CHECK(std::hypot(r.t1.v, r.t2.v) <= 0.3 * r.n.v * (1 + 1e-9) + 1e-290);
+        }
+    }
+}
