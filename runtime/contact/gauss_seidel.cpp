@@ -146,7 +146,7 @@ std::size_t GaussSeidel::bytes() const {
 
 void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> laws,
                            std::span<const SidePlace> places, const RodInverse& inverse,
-                           int threads, bool exact) {
+                           int threads, bool exact, std::span<const double> impulses) {
     Memory& m = *memory_;
     const std::size_t contacts = laws.size(), strand_count = layout.first.size();
 
@@ -220,14 +220,26 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
     auto group = [&](std::uint32_t s) {
         return static_cast<std::uint32_t>(static_cast<std::uint64_t>(s) * kGroups / strand_count);
     };
-    constexpr std::uint32_t kBuckets = kGroups * kGroups * kGroups;
+    // Within a bucket those that slide come together, whose solve is the longest, then those that
+    // stick, then the open ones.
+    constexpr std::uint32_t kKinds = 3;
+    auto kind = [&](std::size_t c) {
+        if (impulses.empty()) return 0u;
+        const double* r = impulses.data() + 3 * c;
+        const double most = laws[c].friction * r[0];
+        constexpr double kSlides = 1 - 1e-6;
+        if (!(r[0] > 0)) return 2u;
+        return r[1] * r[1] + r[2] * r[2] < kSlides * most * most ? 1u : 0u;
+    };
+    constexpr std::uint32_t kBuckets = kGroups * kGroups * kGroups * kKinds;
     m.bucket_of.resize(contacts);
     m.count.assign(kBuckets + 1, 0);
     for (std::size_t c = 0; c < contacts; ++c) {
         const std::uint32_t a = group(places[2 * c].strand),
                             b = laws[c].sides > 1 ? group(places[2 * c + 1].strand) : a;
         const std::uint32_t phase = a == b ? 0 : round_of(a, b);
-        m.bucket_of[c] = (phase * kGroups + std::min(a, b)) * kGroups + std::max(a, b);
+        m.bucket_of[c] =
+            ((phase * kGroups + std::min(a, b)) * kGroups + std::max(a, b)) * kKinds + kind(c);
         ++m.count[m.bucket_of[c] + 1];
     }
     for (std::uint32_t i = 0; i < kBuckets; ++i) m.count[i + 1] += m.count[i];
@@ -239,10 +251,10 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
     m.batch_of.resize(contacts);
     m.last_batch.assign(strand_count, 0);  // 1 + last batch that holds the strand
     for (std::size_t i = 0; i < contacts;) {
-        const std::uint32_t bucket = m.bucket_of[m.order[i]];
+        const std::uint32_t bucket = m.bucket_of[m.order[i]] / kKinds;
         const std::uint32_t first = static_cast<std::uint32_t>(m.batches.size());
         std::uint32_t open = first;  // batches before it are full
-        for (; i < contacts && m.bucket_of[m.order[i]] == bucket; ++i) {
+        for (; i < contacts && m.bucket_of[m.order[i]] / kKinds == bucket; ++i) {
             const std::uint32_t c = m.order[i];
             std::uint32_t at = open;
             for (std::uint32_t side = 0; side < laws[c].sides; ++side)

@@ -50,10 +50,11 @@ class GaussSeidel {
     GaussSeidel& operator=(GaussSeidel&&) noexcept;
 
     // Computes W. laws: the contacts; places: [2 * contacts], of sides that exist. exact: in
-    // doubles too, for solve_strands.
+    // doubles too, for solve_strands. impulses: [3 * contacts] or empty, a guess that says which
+    // contacts to take side by side.
     void assemble(const RodLayout& layout, std::span<const ContactLaw> laws,
                   std::span<const SidePlace> places, const RodInverse& inverse, int threads,
-                  bool exact = false);
+                  bool exact = false, std::span<const double> impulses = {});
 
     // The same for the same contacts after some blocks' factors have changed: their columns alone.
     void renew(const RodLayout& layout, std::span<const ContactLaw> laws,

@@ -346,7 +346,7 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
     } else if (n > 0) {
         if (m.changed)
             m.gauss_seidel.assemble(problem.layout, m.laws, m.places, inverse, m.solve_threads(),
-                                    m.together);
+                                    m.together, m.impulses);
         else
             m.gauss_seidel.renew(problem.layout, m.laws, m.places, inverse, m.solve_threads(),
                                  m.together);
