@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 
 using namespace keratin;
@@ -163,6 +164,8 @@ int main(int argc, char** argv) {
         }
         scenes = wanted;
     }
+    std::error_code ignored;  // a folder that is not there shows when the first file is written
+    std::filesystem::create_directories(argv[1], ignored);
     for (const ContactScene& scene : scenes) {
         const std::string file = std::string(argv[1]) + "/" + scene.name + ".json";
         std::ofstream out(file, std::ios::binary);
