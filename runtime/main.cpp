@@ -27,6 +27,9 @@ namespace {
 
 constexpr int kDone = 0, kNo = 1, kWrong = 2, kFault = 3;
 constexpr double kDefaultDuration = 1;  // s, of a scene that does not say
+// s: largest step where rods can meet and nothing else is said. In a frame's step they pass through
+// each other's middles, and all of it at once has no answer.
+constexpr double kContactStep = 1e-3;
 
 struct Options {
     std::string input, solver, backend = "auto", precision;
@@ -75,8 +78,10 @@ void add_options(CLI::App& app, Options& o) {
     app.add_option("--frame", o.frame, "Seconds between outputs; default: the scene's, or 1/60")
         ->check(number_between(1e-9, 1e6))
         ->type_name("S");
-    app.add_option("--step", o.step,
-                   "Largest step in seconds; default: the scene's, or one a frame")
+    app.add_option(
+           "--step", o.step,
+           "Largest step in seconds; default: the scene's, or one a frame, or 0.001 where rods "
+           "can meet others or colliders")
         ->check(number_between(1e-9, 1e6))
         ->type_name("S");
     app.add_option("--stats", o.stats,
@@ -141,6 +146,11 @@ Result<void> check_options(const Options& o, SolverKind solver) {
     return {};
 }
 
+bool rods_can_meet(const Scene& scene) {
+    return scene.solver == SolverKind::rod && scene.settings.contact != "none" &&
+           (scene.strands.size() > 1 || !scene.assets.empty() || !scene.colliders.empty());
+}
+
 Result<Scene> scene_of(const Options& o) {
     std::optional<SolverKind> solver;
     if (!o.solver.empty()) {
@@ -162,6 +172,7 @@ Result<Scene> scene_of(const Options& o) {
     }
     if (o.frame) scene.frame = *o.frame;
     if (o.step) scene.step = *o.step;
+    if (!scene.step && rods_can_meet(scene)) scene.step = std::min(scene.frame, kContactStep);
     if (o.duration) scene.duration = *o.duration;
     return scene;
 }

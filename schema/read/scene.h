@@ -115,7 +115,7 @@ struct Scene {
     std::string file;
     SolverKind solver = SolverKind::strand;
     double frame = 1.0 / 60;         // s
-    std::optional<double> step;      // s; absent: one step a frame
+    std::optional<double> step;      // s; absent: for keratin-run to choose
     std::optional<double> duration;  // s
     Double3 gravity{0, -9.81, 0};
     std::uint64_t seed = 1;

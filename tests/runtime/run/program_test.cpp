@@ -399,6 +399,21 @@ TEST_CASE("a free rod falls as a stone does, in implicit steps") {
     CHECK(last["kinetic"].get<double>() == Approx(given * 10 / 11).epsilon(1e-6));
 }
 
+TEST_CASE("rods that can meet take steps of a millisecond unless the scene says another") {
+    const Folder folder;
+    const auto steps = [&](const std::string& fields, const std::string& options) {
+        folder.write("meet.json",
+                     R"({ "solver": "rod", "frame": 0.01, "duration": 0.02, )" + fields + R"(
+            "strands": [{ "points": [[0,0,0],[0.01,0,0]] },
+                        { "points": [[0,1,0],[0.01,1,0]] }] })");
+        return folder.stats("meet.json " + options)["steps"].get<int>();
+    };
+    CHECK(steps("", "") == 20);
+    CHECK(steps(R"("settings": { "contact": "none" },)", "") == 2);
+    CHECK(steps(R"("step": 0.005,)", "") == 4);
+    CHECK(steps("", "--step 0.01") == 2);
+}
+
 TEST_CASE("a strand whose motion begins turned begins without stress, rest points or none") {
     const Folder folder;
     for (const std::string rest : {"", R"("rest_points": [[0,0,0],[0.01,0,0],[0.02,0.002,0]],)"}) {
