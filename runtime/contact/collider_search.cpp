@@ -84,9 +84,12 @@ struct ColliderSearch {
         // An edge that lies along the solid at the end may lean on it in several places, each a
         // point of the strand.
         Meeting at;
-        if (m.count > 0 && again &&
-            meet_at_end(world_edge(strands, edge), axis, radius + delta, delta, kElsewhere, m, at))
-            meet(at, 1);
+        if (m.count == 0 || !again ||
+            !meet_at_end(world_edge(strands, edge), axis, radius + delta, delta, kElsewhere, m, at))
+            return;
+        for (int i = 0; i < m.count; ++i)
+            if (std::fabs(at.s - m.at[i].s) < kPartOnSolid) return;
+        meet(at, 1);
     }
     // A vertex has its name as the start of an edge, but for the last of a strand.
     std::uint32_t place_name(std::uint32_t edge, double s) const {

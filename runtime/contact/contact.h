@@ -29,8 +29,8 @@ struct ContactStrands {
 // a step and in the next step.
 struct ContactKey {
     std::uint64_t pair = 0;  // edge 1 << 32 | edge 2, or edge << 32 | kAgainstCollider | collider
-    std::uint32_t feature =
-        0;  // bit 0 / 1: at the start vertex of edge 1 / 2; above: element of a mesh or box
+    std::uint32_t feature = 0;  // bit 0 / 1: at the start vertex of edge 1 / 2; above: element of a
+                                // mesh or box, or the part of edge 1
     friend auto operator<=>(const ContactKey&, const ContactKey&) = default;
 };
 constexpr std::uint32_t kAgainstCollider = 0x80000000u;

@@ -160,7 +160,8 @@ Refreshed refresh_contacts(const ContactStrands& strands, std::span<const Moving
         if (reached >= target - settings.end_tolerance * c.distance) continue;
         if (c.renewals >= kMostRenewals ||
             !apart_at_start(p, q, s, t, n, std::min(delta, start_distance))) {
-            overlapping += d < target - kOverlaps * c.distance;
+            // Those that begin the step nearer are on their way out.
+            overlapping += reached < std::min(delta, start_distance) - kOverlaps * c.distance;
             continue;
         }
         c.parameter[0] = s;

@@ -11,7 +11,8 @@
 namespace keratin {
 
 // Adds what was found to the list of the step, which stays ascending by key: new contacts with
-// impulse 0; contacts already there keep what they have. Returns how many were added.
+// impulse 0; contacts already there, by their key or, inside an edge on a round solid, by their
+// place (meeting.h), keep what they have. Returns how many were added.
 std::size_t merge_contacts(std::span<const FoundContact> found, std::vector<Contact>& contacts);
 
 // Contacts of neighbouring edges that stand at one place, whichever way they came to do so (sliding
@@ -31,7 +32,8 @@ United unite_contacts(const ContactStrands& strands, std::vector<Contact>& conta
 // for ever.
 struct Refreshed {
     std::size_t changed = 0;
-    std::size_t overlapping = 0;  // left as they are, nearer than delta by more than 1 %
+    // Left as they are, nearer than delta and than at the start by more than 1 % of delta.
+    std::size_t overlapping = 0;
 };
 Refreshed refresh_contacts(const ContactStrands& strands, std::span<const MovingShape> colliders,
                            const DetectionSettings& settings, std::span<Contact> contacts);

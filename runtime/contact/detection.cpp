@@ -55,23 +55,22 @@ void sort_and_unite(const ContactStrands& strands, std::vector<FoundContact>& li
     });
     std::size_t kept = 0;
     for (std::size_t i = 0; i < list.size();) {
-        std::size_t end = i;
-        while (end < list.size() && list[end].contact.key.pair == list[i].contact.key.pair) ++end;
+        std::size_t end = i, last = i;  // of what has its key alone
+        for (; end < list.size() && list[end].contact.key.pair == list[i].contact.key.pair; ++end)
+            if (end == i || list[end].contact.key != list[last - 1].contact.key)
+                list[last++] = list[end];
         const auto has_inside_near = [&](const Contact& c) {
             return std::any_of(
                 list.begin() + static_cast<std::ptrdiff_t>(i),
-                list.begin() + static_cast<std::ptrdiff_t>(end), [&](const FoundContact& f) {
+                list.begin() + static_cast<std::ptrdiff_t>(last), [&](const FoundContact& f) {
                     return !f.moved &&
                            (f.contact.key.feature & (kStartOfFirst | kStartOfSecond)) == 0 &&
                            squared_length(place_of(strands, f.contact, 0) -
                                           place_of(strands, c, 0)) < c.distance * c.distance;
                 });
         };
-        for (std::size_t k = i; k < end; ++k) {
-            if (k > i && list[k].contact.key == list[k - 1].contact.key) continue;
-            if (list[k].moved && has_inside_near(list[k].contact)) continue;
-            list[kept++] = list[k];
-        }
+        for (std::size_t k = i; k < last; ++k)
+            if (!list[k].moved || !has_inside_near(list[k].contact)) list[kept++] = list[k];
         i = end;
     }
     list.resize(kept);

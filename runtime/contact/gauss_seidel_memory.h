@@ -63,7 +63,6 @@ struct GaussSeidel::Memory {
     AlignedNumbers impulse_before, impulse_along, state_before, state_along;  // of solve
     AlignedNumbers best_impulse, best_eased;  // with the least residual seen
     AlignedNumbers first_impulse;             // of solve_strands
-    std::vector<double> rows;                 // 21 a side, for dense strands
     std::vector<ContactBatch, AlignedAllocator<ContactBatch>> batches;
     std::vector<std::uint32_t> batch_of;  // 8 * batch + lane of each contact
     std::vector<Bucket> buckets;

@@ -57,11 +57,12 @@ inline constexpr std::uint32_t kFeatureParts = 2;  // bits below the part
 // of its own. How many parts the pair has by its place at the start of the step: 1 for edges that
 // cross, where the nearest place is the only one.
 std::uint32_t parts_of_first(const MovingSegment& p, const MovingSegment& q, double delta);
-// An edge may lean on a round solid in several places. Each is named by the part of the edge in
-// which it was first met; what is met less than a part away from a known place is that place again,
-// whatever its name. So neither a tip that comes down beside a known place is missed, nor do ropes
-// that slide round a pole get new contacts at every part. The bow of a part of a hair's edge on a
-// head is below a hundredth of the hair's radius.
+// An edge may lean on a round solid in several places. A place inside the edge is named by the part
+// in which it was first met; what is met less than a part from a known one is that place again,
+// whatever its name (a vertex is a place of its own). So neither a tip that comes down beside a
+// known place is missed, nor do ropes that slide round a pole get new contacts at every part. The
+// bow of a part is 1/256 of the edge's: below a hundredth of the radius for edges of 5 mm on a
+// head.
 inline constexpr std::uint32_t kPartsOnSolid = 16;
 inline constexpr double kPartOnSolid = 1.0 / kPartsOnSolid;  // of the edge
 // Part of a place s, 0 .. parts - 1.

@@ -27,17 +27,22 @@ class SpinBarrier {
             return;
         }
         constexpr int kSpins = 2000;
-        for (int spin = 0; round_.load(std::memory_order_acquire) == round; ++spin) {
-            if (spin >= kSpins) std::this_thread::yield();
+        for (int spin = 0; round_.load(std::memory_order_acquire) == round;) {
+            if (spin == kSpins) {
+                std::this_thread::yield();
+                continue;
+            }
+            ++spin;
 #if defined(__x86_64__)
-            else
-                _mm_pause();
+            _mm_pause();
 #endif
         }
     }
 
   private:
-    std::atomic<std::uint32_t> arrived_ = 0, round_ = 0;
+    // Apart, or who arrives would disturb who waits.
+    alignas(64) std::atomic<std::uint32_t> arrived_ = 0;
+    alignas(64) std::atomic<std::uint32_t> round_ = 0;
 };
 
 }  // namespace keratin

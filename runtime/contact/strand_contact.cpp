@@ -47,8 +47,8 @@ struct StrandContact::Memory {
     Detection detection;
     bool searched = false;  // in this step
     std::vector<Contact> contacts;
-    std::vector<Remembered> before;
-    double before_step = 0;  // s
+    std::vector<Known> before;
+    double before_step = 0;  // s, that `contacts` have impulses of
 
     std::vector<ContactLaw> laws;
     std::vector<ContactFrame> frames;
@@ -156,7 +156,7 @@ struct StrandContact::Memory {
     // Gives new contacts the impulses of the step before: what each had, once, as far as its normal
     // of now allows it.
     void start_from_before() {
-        auto give = [&](Remembered& r, Contact& c) {
+        auto give = [&](Known& r, Contact& c) {
             const Vector3 had = std::exchange(r.impulse, Vector3(0));
             const double n = dot(had, c.normal);
             if (n <= 0) return;
@@ -172,13 +172,13 @@ struct StrandContact::Memory {
             if (i == before.size()) break;
             if (before[i].key == c.key) give(before[i], c);
         }
-        // What has slid on a round solid may have the name of the next part by now.
+        // What has slid on a round solid may have the name of a part or two on by now.
         i = 0;
         for (Contact& c : contacts) {
             while (i < before.size() && before[i].key.pair < c.key.pair) ++i;
             if (i == before.size()) break;
             if (!c.fresh || !c.by_place || squared_length(c.impulse) > 0) continue;
-            Remembered* nearest = nullptr;
+            Known* nearest = nullptr;
             int distance = 3;  // parts
             for (std::size_t k = i; k < before.size() && before[k].key.pair == c.key.pair; ++k) {
                 const int d = std::abs(name_on_solid(before[k].key) - name_on_solid(c.key));
@@ -222,20 +222,22 @@ const ContactReport& StrandContact::report() const { return memory_->report; }
 const ContactTotals& StrandContact::totals() const { return memory_->totals; }
 void StrandContact::reset_totals() { memory_->totals = {}; }
 
-std::vector<StrandContact::Remembered> StrandContact::remembered() const {
-    std::vector<Remembered> out;
-    for (const Contact& c : memory_->contacts) out.push_back({c.key, c.impulse});
+StrandContact::Remembered StrandContact::remembered() const {
+    Remembered out;
+    out.step = memory_->before_step;
+    for (const Contact& c : memory_->contacts) out.contacts.push_back({c.key, c.impulse});
     return out;
 }
 
-void StrandContact::remember(std::span<const Remembered> contacts) {
+void StrandContact::remember(const Remembered& last) {
     memory_->contacts.clear();
-    for (const Remembered& r : contacts) {
+    for (const Known& known : last.contacts) {
         Contact c;
-        c.key = r.key;
-        c.impulse = r.impulse;
+        c.key = known.key;
+        c.impulse = known.impulse;
         memory_->contacts.push_back(c);
     }
+    memory_->before_step = last.step;
     memory_->impulses.clear();
 }
 
@@ -283,7 +285,8 @@ void StrandContact::begin_step(const ContactProblem& problem) {
     m.report = {};
     m.residuals.clear();
     if (m.before_step > 0)
-        for (Remembered& r : m.before) r.impulse *= problem.step / m.before_step;
+        for (Known& r : m.before) r.impulse *= problem.step / m.before_step;
+    m.before_step = problem.step;
     m.totals.bookkeeping_seconds += now() - start;
 }
 
@@ -410,8 +413,8 @@ void StrandContact::end_step(const ContactProblem& problem, std::span<const doub
     Memory& m = *memory_;
     const std::size_t n = m.contacts.size();
     m.write_back();
-    m.before_step = problem.step;
     m.report.contacts = n;
+    m.report.overlapping = m.overlapping;
     for (std::size_t c = 0; c < n; ++c) m.report.active += m.impulses[3 * c] > 0;
     m.report.coulomb_residual = m.mean_residual(problem, v);
     ++m.totals.steps;

@@ -52,6 +52,7 @@ struct ContactCollider {
 struct ContactReport {
     std::size_t contacts = 0;     // listed at the end of the step
     std::size_t active = 0;       // with r_N > 0
+    std::size_t overlapping = 0;  // nearer at the end than delta and the start by more than 1 %
     double coulomb_residual = 0;  // mean |f_FB| over the list, with the final velocity
     std::uint32_t detections = 0, passes = 0, sweeps = 0;
 };
@@ -87,13 +88,17 @@ class StrandContact final : public ContactSolver {
     void reset_totals();
 
     // What the next step begins with, to go on later bit for bit: contacts and impulses of the last
-    // step.
-    struct Remembered {
+    // step, or of its last part where it was taken in halves.
+    struct Known {
         ContactKey key;
         Vector3 impulse;
     };
-    std::vector<Remembered> remembered() const;
-    void remember(std::span<const Remembered> contacts);
+    struct Remembered {
+        double step = 0;  // s, that the impulses are of; 0: there was none
+        std::vector<Known> contacts;
+    };
+    Remembered remembered() const;
+    void remember(const Remembered& last);
 
   private:
     struct Memory;

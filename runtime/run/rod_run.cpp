@@ -676,48 +676,60 @@ std::string RodRun::hash() const {
     return to_string(hash_bytes(std::as_bytes(std::span(all)))).substr(0, 16);
 }
 
+// What a saved state begins with.
+struct StateHead {
+    std::uint64_t rod_bytes = 0, contacts = 0;
+    double contact_step = 0;  // s
+};
+// A contact in it.
+struct StateContact {
+    std::uint64_t pair = 0, feature = 0;
+    double impulse[3] = {0, 0, 0};  // N s
+};
+
 Result<std::vector<std::byte>> RodRun::save() const {
     const std::vector<std::byte> state = rods_->save();
-    const auto remembered =
-        contact_ ? contact_->remembered() : std::vector<StrandContact::Remembered>();
-    const std::uint64_t sizes[2] = {state.size(), remembered.size()};
+    const StrandContact::Remembered remembered =
+        contact_ ? contact_->remembered() : StrandContact::Remembered();
     std::vector<std::byte> out;
     const auto put = [&](std::span<const std::byte> bytes) {
         out.insert(out.end(), bytes.begin(), bytes.end());
     };
-    put(std::as_bytes(std::span(sizes)));
+    const StateHead head{state.size(), remembered.contacts.size(), remembered.step};
+    put(std::as_bytes(std::span(&head, 1)));
     put(state);
-    for (const auto& contact : remembered) {
-        const std::uint64_t key[2] = {contact.key.pair, contact.key.feature};
-        const double impulse[3] = {contact.impulse.x, contact.impulse.y, contact.impulse.z};
-        put(std::as_bytes(std::span(key)));
-        put(std::as_bytes(std::span(impulse)));
+    for (const StrandContact::Known& known : remembered.contacts) {
+        const StateContact contact{
+            known.key.pair, known.key.feature, {known.impulse.x, known.impulse.y, known.impulse.z}};
+        put(std::as_bytes(std::span(&contact, 1)));
     }
     return out;
 }
 
 Result<void> RodRun::load(std::span<const std::byte> state, double time) {
-    constexpr std::size_t kContactBytes = 2 * sizeof(std::uint64_t) + 3 * sizeof(double);
     const Error other{ErrorCode::input, "", "the state is of another scene"};
-    std::uint64_t sizes[2] = {};
-    if (state.size() < sizeof sizes) return other;
-    std::memcpy(sizes, state.data(), sizeof sizes);
-    state = state.subspan(sizeof sizes);
-    if (sizes[0] > state.size() || (state.size() - sizes[0]) % kContactBytes != 0 ||
-        (state.size() - sizes[0]) / kContactBytes != sizes[1])
+    StateHead head;
+    if (state.size() < sizeof head) return other;
+    std::memcpy(&head, state.data(), sizeof head);
+    state = state.subspan(sizeof head);
+    if (head.rod_bytes > state.size() ||
+        (state.size() - head.rod_bytes) % sizeof(StateContact) != 0 ||
+        (state.size() - head.rod_bytes) / sizeof(StateContact) != head.contacts)
         return other;
-    if (auto ok = rods_->restore(state.first(sizes[0])); !ok) return ok;
-    state = state.subspan(sizes[0]);
-    std::vector<StrandContact::Remembered> remembered;
-    for (; !state.empty(); state = state.subspan(kContactBytes)) {
-        std::uint64_t key[2];
-        double impulse[3];
-        std::memcpy(key, state.data(), sizeof key);
-        std::memcpy(impulse, state.data() + sizeof key, sizeof impulse);
-        if (!std::all_of(impulse, impulse + 3, [](double v) { return std::isfinite(v); }))
+    if (!(head.contact_step >= 0) || !std::isfinite(head.contact_step))
+        return Error{ErrorCode::input, "", "the state holds a step that no run has"};
+    if (auto ok = rods_->restore(state.first(head.rod_bytes)); !ok) return ok;
+    state = state.subspan(head.rod_bytes);
+    StrandContact::Remembered remembered;
+    remembered.step = head.contact_step;
+    for (; !state.empty(); state = state.subspan(sizeof(StateContact))) {
+        StateContact contact;
+        std::memcpy(&contact, state.data(), sizeof contact);
+        const double* r = contact.impulse;
+        if (!std::all_of(r, r + 3, [](double v) { return std::isfinite(v); }))
             return Error{ErrorCode::input, "", "the state holds an impulse that is not finite"};
-        remembered.push_back(
-            {{key[0], static_cast<std::uint32_t>(key[1])}, {impulse[0], impulse[1], impulse[2]}});
+        remembered.contacts.push_back(
+            {{contact.pair, static_cast<std::uint32_t>(contact.feature)}, {r[0], r[1], r[2]}});
     }
     if (contact_) contact_->remember(remembered);
     time_ = time;

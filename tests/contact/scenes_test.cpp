@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <utility>
+
 using namespace keratin;
 using namespace keratin::scenes;
 
@@ -54,6 +56,38 @@ TEST_CASE("friction holds a strand on a slanting pipe and its absence does not")
                          rough = run(strand_on_pipe(1), 0.15);
     INFO("moved by " << smooth.tip_fall << " m without friction, " << rough.tip_fall << " m with");
     CHECK(smooth.tip_fall > 2 * rough.tip_fall);
+}
+
+TEST_CASE("a run saved after a step in halves goes on in the same bits") {
+    ContactScene scene = bundle_on_bundle(3);
+    scene.rod.threads = scene.contact.threads = 1;
+    constexpr double kStep = 1.0 / 60;  // s; so long that strands that land need halves
+    struct Run {
+        RodSimulation rods;
+        StrandContact contact;
+        explicit Run(const ContactScene& s)
+            : rods(std::move(*RodSimulation::create(s.strands, s.rod))),
+              contact(s.contact, s.colliders) {
+            rods.attach_contact(&contact);
+        }
+    };
+    Run whole(scene);
+    bool halved = false;
+    for (int k = 0; k < 40 && !halved; ++k) {
+        const auto step = whole.rods.step(kStep);
+        REQUIRE(step);
+        halved = step->halved > 0 && whole.contact.report().active > 0;
+    }
+    REQUIRE(halved);
+    CHECK(whole.contact.remembered().step < 0.9 * kStep);
+    Run resumed(scene);
+    REQUIRE(resumed.rods.restore(whole.rods.save()));
+    resumed.contact.remember(whole.contact.remembered());
+    for (int k = 0; k < 2; ++k) {
+        REQUIRE(whole.rods.step(kStep));
+        REQUIRE(resumed.rods.step(kStep));
+    }
+    CHECK(whole.rods.save() == resumed.rods.save());
 }
 
 TEST_CASE("the impulse pass ends in the same motion as Gauss-Seidel") {

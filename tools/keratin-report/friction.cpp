@@ -43,7 +43,7 @@ struct Rubbing {
 // The state of a Rubbing, to come back to.
 struct Kept {
     std::vector<std::byte> rods;
-    std::vector<StrandContact::Remembered> contacts;
+    StrandContact::Remembered contacts;
     explicit Kept(const Rubbing& r) : rods(r.rods.save()), contacts(r.contact->remembered()) {}
     void restore(Rubbing& r) const {
         (void)r.rods.restore(rods);

@@ -85,7 +85,9 @@ class RodRun final : public StressRun {
         put(to_.data(), to_.size() * sizeof(Double3));
         if (contact_) {
             const auto remembered = contact_->remembered();
-            put(remembered.data(), remembered.size() * sizeof(remembered[0]));
+            put(&remembered.step, sizeof remembered.step);
+            put(remembered.contacts.data(),
+                remembered.contacts.size() * sizeof(StrandContact::Known));
         }
         return out;
     }
@@ -97,8 +99,11 @@ class RodRun final : public StressRun {
         std::memcpy(to_.data(), state.data(), to_.size() * sizeof(Double3));
         state = state.subspan(to_.size() * sizeof(Double3));
         if (!contact_) return {};
-        std::vector<StrandContact::Remembered> remembered(state.size() / sizeof(StrandContact::Remembered));
-        std::memcpy(static_cast<void*>(remembered.data()), state.data(), state.size());
+        StrandContact::Remembered remembered;
+        std::memcpy(&remembered.step, state.data(), sizeof remembered.step);
+        state = state.subspan(sizeof remembered.step);
+        remembered.contacts.resize(state.size() / sizeof(StrandContact::Known));
+        std::memcpy(static_cast<void*>(remembered.contacts.data()), state.data(), state.size());
         contact_->remember(remembered);
         return {};
     }
