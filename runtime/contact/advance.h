@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace keratin {
 
@@ -16,21 +17,22 @@ struct FirstContact {
     double start_distance = 0;  // m, at time 0
 };
 
+inline constexpr int kMostAdvances = 200;
+inline constexpr double kContactSlack = 1e-3;  // of delta
+
 // distance_at(t): m, the distance at time t in 0..1, changing by no more than `rate` (m) per unit
 // of t. Contact is distance <= delta (1 + 1e-3); a pair that begins that close is in contact at
 // time 0. Grazing motion that has not decided after kMostAdvances steps counts as contact: a
 // contact too many has no effect as long as it does not close.
 template <class Distance>
 FirstContact first_contact(Distance&& distance_at, double rate, double delta) {
-    constexpr int kMostAdvances = 200;
-    constexpr double kSlack = 1e-3;
     FirstContact out;
     double t = 0;
     for (int i = 0; i < kMostAdvances; ++i) {
         const double d = distance_at(t);
         if (i == 0) out.start_distance = d;
         const double room = d - delta;
-        if (room <= kSlack * delta) {
+        if (room <= kContactSlack * delta) {
             out.found = true;
             out.time = t;
             return out;
@@ -61,14 +63,44 @@ inline MovingSegment at_time(const MovingSegment& p, double t) {
     return {p.a + p.move_a * t, p.b + p.move_b * t, p.move_a, p.move_b};
 }
 
+// The same for two segments, farther at a time: along any unit n they are never nearer than the
+// least n.(x - y) of an end x of p and an end y of q, which changes evenly; n is the way between
+// their closest points, where that least is the distance itself. rate: m, of take_out_mean_motion.
+inline FirstContact first_segment_contact(const MovingSegment& p, const MovingSegment& q,
+                                          double rate, double delta) {
+    FirstContact out;
+    double t = 0;
+    for (int i = 0; i < kMostAdvances; ++i) {
+        const MovingSegment pt = at_time(p, t), qt = at_time(q, t);
+        const SegmentPair<double> pair = closest_segments(pt.a, pt.b, qt.a, qt.b);
+        const double d = std::sqrt(pair.squared_distance), room = d - delta;
+        if (i == 0) out.start_distance = d;
+        if (room <= kContactSlack * delta) {
+            out.found = true;
+            out.time = t;
+            return out;
+        }
+        if (room > rate * (1 - t)) return out;
+        const Vector3 n = (mix(pt.a, pt.b, pair.s) - mix(qt.a, qt.b, pair.t)) * (1 / d);
+        double apart = std::numeric_limits<double>::infinity();  // so long
+        for (const bool p_end : {false, true})
+            for (const bool q_end : {false, true}) {
+                const double gap = dot(n, (p_end ? pt.b : pt.a) - (q_end ? qt.b : qt.a)),
+                             closing = dot(
+                                 n, (q_end ? q.move_b : q.move_a) - (p_end ? p.move_b : p.move_a));
+                if (closing > 0) apart = std::min(apart, (gap - delta) / closing);
+            }
+        apart = std::max(apart, room / rate);
+        if (apart > 1 - t) return out;
+        t += apart;
+    }
+    out.found = true;
+    out.time = t;
+    return out;
+}
 inline FirstContact first_segment_contact(MovingSegment p, MovingSegment q, double delta) {
     const double rate = take_out_mean_motion(p, q);
-    return first_contact(
-        [&](double t) {
-            const MovingSegment pt = at_time(p, t), qt = at_time(q, t);
-            return std::sqrt(closest_segments(pt.a, pt.b, qt.a, qt.b).squared_distance);
-        },
-        rate, delta);
+    return first_segment_contact(p, q, rate, delta);
 }
 
 }  // namespace keratin

@@ -100,12 +100,7 @@ void meet_at(const MovingSegment& p, const MovingSegment& q, double delta, doubl
 Meetings meet_segments(MovingSegment p, MovingSegment q, double delta, double slack) {
     Meetings out;
     const double rate = take_out_mean_motion(p, q);
-    const FirstContact first = first_contact(
-        [&](double t) {
-            const MovingSegment pt = at_time(p, t), qt = at_time(q, t);
-            return std::sqrt(closest_segments(pt.a, pt.b, qt.a, qt.b).squared_distance);
-        },
-        rate, delta);
+    const FirstContact first = first_segment_contact(p, q, rate, delta);
     out.start_distance = first.start_distance;
     out.time = first.time;
     if (!first.found) return out;

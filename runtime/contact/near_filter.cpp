@@ -20,14 +20,21 @@ struct Lanes {
     alignas(64) float room[kLanes];  // m, distance at the start less what the motion can close
 };
 
-// Squared distance of point p to the segment from 0 along e, squared length ee.
-inline float point_segment(float px, float py, float pz, float ex, float ey, float ez, float ee) {
+// The way to point p from the nearest place of the segment from 0 along e, squared length ee.
+struct Way {
+    float x, y, z, square;
+};
+inline Way way_to(float px, float py, float pz, float ex, float ey, float ez, float ee) {
     const float d = px * ex + py * ey + pz * ez;
     float t = d / (ee > 1e-30f ? ee : 1e-30f);
     t = t < 0 ? 0 : t;
     t = t > 1 ? 1 : t;
     const float x = px - t * ex, y = py - t * ey, z = pz - t * ez;
-    return x * x + y * y + z * z;
+    return {x, y, z, x * x + y * y + z * z};
+}
+inline Way nearer(const Way& a, const Way& b, bool b_counts) {
+    const bool other = b_counts & (b.square < a.square);
+    return {other ? b.x : a.x, other ? b.y : a.y, other ? b.z : a.z, other ? b.square : a.square};
 }
 
 KERATIN_CLONES void room_of(Lanes& n) {
@@ -39,13 +46,13 @@ KERATIN_CLONES void room_of(Lanes& n) {
         const float wx = n.first[0][l] - n.second[0][l], wy = n.first[1][l] - n.second[1][l],
                     wz = n.first[2][l] - n.second[2][l];
         const float aa = ax * ax + ay * ay + az * az, bb = bx * bx + by * by + bz * bz;
-        float d = point_segment(wx, wy, wz, bx, by, bz, bb);
-        const float d1 = point_segment(wx + ax, wy + ay, wz + az, bx, by, bz, bb);
-        const float d2 = point_segment(-wx, -wy, -wz, ax, ay, az, aa);
-        const float d3 = point_segment(bx - wx, by - wy, bz - wz, ax, ay, az, aa);
-        d = d1 < d ? d1 : d;
-        d = d2 < d ? d2 : d;
-        d = d3 < d ? d3 : d;
+        // From the second edge to the first; -u and -v go the other way.
+        Way way = way_to(wx, wy, wz, bx, by, bz, bb);
+        way = nearer(way, way_to(wx + ax, wy + ay, wz + az, bx, by, bz, bb), true);
+        const Way u = way_to(-wx, -wy, -wz, ax, ay, az, aa);
+        const Way v = way_to(bx - wx, by - wy, bz - wz, ax, ay, az, aa);
+        way = nearer(way, {-u.x, -u.y, -u.z, u.square}, true);
+        way = nearer(way, {-v.x, -v.y, -v.z, v.square}, true);
         // Distance of the lines where their feet lie inside both segments.
         const float ab = ax * bx + ay * by + az * bz, aw = ax * wx + ay * wy + az * wz,
                     bw = bx * wx + by * wy + bz * wz;
@@ -54,7 +61,7 @@ KERATIN_CLONES void room_of(Lanes& n) {
         const float nx = ay * bz - az * by, ny = az * bx - ax * bz, nz = ax * by - ay * bx;
         const float wn = wx * nx + wy * ny + wz * nz;
         const float nn = nx * nx + ny * ny + nz * nz;
-        const float line = wn * wn / (nn > 1e-30f ? nn : 1e-30f);
+        const float share = wn / (nn > 1e-30f ? nn : 1e-30f);
         // A foot just outside counts as inside, for rounding: the distance of the lines is never
         // more than that of the segments. Nearly parallel edges have no feet to speak of: their
         // distance falls short of that of the ends by no more than the sine times the shorter edge.
@@ -62,7 +69,8 @@ KERATIN_CLONES void room_of(Lanes& n) {
         const bool parallel = det < 1e-5f * aa * bb;
         const bool inside =
             !parallel & (s > -slack) & (s < det + slack) & (t > -slack) & (t < det + slack);
-        d = (inside & (line < d)) ? line : d;
+        way = nearer(way, {nx * share, ny * share, nz * share, wn * share}, inside);
+        const float d = std::sqrt(way.square);
         const float longer = aa > bb ? aa : bb;
         const float sag = std::sqrt(nn / (longer > 1e-30f ? longer : 1e-30f));
 
@@ -76,8 +84,20 @@ KERATIN_CLONES void room_of(Lanes& n) {
                     qbz = n.second[11][l] - mz;
         const float pa = pax * pax + pay * pay + paz * paz, pb = pbx * pbx + pby * pby + pbz * pbz;
         const float qa = qax * qax + qay * qay + qaz * qaz, qb = qbx * qbx + qby * qby + qbz * qbz;
-        n.room[l] = std::sqrt(d) - (parallel ? sag : 0.0f) - std::sqrt(pa > pb ? pa : pb) -
-                    std::sqrt(qa > qb ? qa : qb);
+        const float room = d - (parallel ? sag : 0.0f) - std::sqrt(pa > pb ? pa : pb) -
+                           std::sqrt(qa > qb ? qa : qb);
+        // Along any unit vector the edges are at least as far apart as their ends, at the start or
+        // at the end, whichever is less: in between each pair of ends changes evenly.
+        const float unit = 1 / (d > 1e-30f ? d : 1e-30f);
+        const float ux = way.x * unit, uy = way.y * unit, uz = way.z * unit;
+        const auto along = [&](float x, float y, float z) { return ux * x + uy * y + uz * z; };
+        const float w0 = along(wx, wy, wz), a0 = along(ax, ay, az), b0 = along(bx, by, bz);
+        const float start = w0 + (a0 < 0 ? a0 : 0) - (b0 > 0 ? b0 : 0);
+        const float pa1 = w0 + along(pax, pay, paz), pb1 = w0 + a0 + along(pbx, pby, pbz);
+        const float qa1 = along(qax, qay, qaz), qb1 = b0 + along(qbx, qby, qbz);
+        const float end = (pa1 < pb1 ? pa1 : pb1) - (qa1 > qb1 ? qa1 : qb1);
+        const float apart = start < end ? start : end;
+        n.room[l] = apart > room ? apart : room;
     }
 }
 
