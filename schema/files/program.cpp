@@ -58,7 +58,10 @@ void wait_sleeping([[maybe_unused]] char** arguments) {
     if (std::getenv("OMP_WAIT_POLICY") || std::getenv("GOMP_SPINCOUNT")) return;
     // Some microseconds.
     setenv("GOMP_SPINCOUNT", "1000", 1);
-    execv("/proc/self/exe", arguments);
+    // By its own name, which lists of processes show.
+    std::error_code error;
+    const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
+    if (!error) execv(self.c_str(), arguments);
 #endif
 }
 
