@@ -17,32 +17,39 @@ struct FirstContact {
     double start_distance = 0;  // m, at time 0
 };
 
-inline constexpr int kMostAdvances = 200;
-inline constexpr double kContactSlack = 1e-3;  // of delta
-
 // distance_at(t): m, the distance at time t in 0..1, changing by no more than `rate` (m) per unit
-// of t. Contact is distance <= delta (1 + 1e-3); a pair that begins that close is in contact at
-// time 0. Grazing motion that has not decided after kMostAdvances steps counts as contact: a
-// contact too many has no effect as long as it does not close.
-template <class Distance>
-FirstContact first_contact(Distance&& distance_at, double rate, double delta) {
+// of t. apart_for(), asked after distance_at(t): for how long it certainly stays above delta (0
+// where nothing more is known). Contact is distance <= delta (1 + 1e-3); a pair that begins that
+// close is in contact at time 0. Grazing motion that has not decided after kMostAdvances steps
+// counts as contact: a contact too many has no effect as long as it does not close.
+template <class Distance, class Apart>
+FirstContact first_contact(Distance&& distance_at, Apart&& apart_for, double rate, double delta) {
+    constexpr int kMostAdvances = 200;
+    constexpr double kSlack = 1e-3;
     FirstContact out;
     double t = 0;
     for (int i = 0; i < kMostAdvances; ++i) {
         const double d = distance_at(t);
         if (i == 0) out.start_distance = d;
         const double room = d - delta;
-        if (room <= kContactSlack * delta) {
+        if (room <= kSlack * delta) {
             out.found = true;
             out.time = t;
             return out;
         }
         if (room > rate * (1 - t)) return out;
-        t = std::min(1.0, t + room / rate);
+        const double apart = apart_for();
+        if (apart > 1 - t) return out;
+        t = std::min(1.0, t + std::max(apart, room / rate));
     }
     out.found = true;
     out.time = t;
     return out;
+}
+template <class Distance>
+FirstContact first_contact(Distance&& distance_at, double rate, double delta) {
+    return first_contact(
+        distance_at, [] { return 0.0; }, rate, delta);
 }
 
 // A point or segment on its way: positions at the start and displacements over the step.
@@ -63,26 +70,23 @@ inline MovingSegment at_time(const MovingSegment& p, double t) {
     return {p.a + p.move_a * t, p.b + p.move_b * t, p.move_a, p.move_b};
 }
 
-// The same for two segments, farther at a time: along any unit n they are never nearer than the
-// least n.(x - y) of an end x of p and an end y of q, which changes evenly; n is the way between
-// their closest points, where that least is the distance itself. rate: m, of take_out_mean_motion.
+// Of two segments. Along any unit n they are never nearer than the least n.(x - y) of an end x of p
+// and an end y of q, which changes evenly; n is the way between their closest points, where that
+// least is the distance itself. rate: m, of take_out_mean_motion.
 inline FirstContact first_segment_contact(const MovingSegment& p, const MovingSegment& q,
                                           double rate, double delta) {
-    FirstContact out;
-    double t = 0;
-    for (int i = 0; i < kMostAdvances; ++i) {
-        const MovingSegment pt = at_time(p, t), qt = at_time(q, t);
-        const SegmentPair<double> pair = closest_segments(pt.a, pt.b, qt.a, qt.b);
-        const double d = std::sqrt(pair.squared_distance), room = d - delta;
-        if (i == 0) out.start_distance = d;
-        if (room <= kContactSlack * delta) {
-            out.found = true;
-            out.time = t;
-            return out;
-        }
-        if (room > rate * (1 - t)) return out;
-        const Vector3 n = (mix(pt.a, pt.b, pair.s) - mix(qt.a, qt.b, pair.t)) * (1 / d);
-        double apart = std::numeric_limits<double>::infinity();  // so long
+    MovingSegment pt, qt;
+    SegmentPair<double> pair;
+    const auto distance_at = [&](double t) {
+        pt = at_time(p, t);
+        qt = at_time(q, t);
+        pair = closest_segments(pt.a, pt.b, qt.a, qt.b);
+        return std::sqrt(pair.squared_distance);
+    };
+    const auto apart_for = [&] {
+        const Vector3 n = (mix(pt.a, pt.b, pair.s) - mix(qt.a, qt.b, pair.t)) *
+                          (1 / std::sqrt(pair.squared_distance));
+        double apart = std::numeric_limits<double>::infinity();
         for (const bool p_end : {false, true})
             for (const bool q_end : {false, true}) {
                 const double gap = dot(n, (p_end ? pt.b : pt.a) - (q_end ? qt.b : qt.a)),
@@ -90,13 +94,9 @@ inline FirstContact first_segment_contact(const MovingSegment& p, const MovingSe
                                  n, (q_end ? q.move_b : q.move_a) - (p_end ? p.move_b : p.move_a));
                 if (closing > 0) apart = std::min(apart, (gap - delta) / closing);
             }
-        apart = std::max(apart, room / rate);
-        if (apart > 1 - t) return out;
-        t += apart;
-    }
-    out.found = true;
-    out.time = t;
-    return out;
+        return apart;
+    };
+    return first_contact(distance_at, apart_for, rate, delta);
 }
 inline FirstContact first_segment_contact(MovingSegment p, MovingSegment q, double delta) {
     const double rate = take_out_mean_motion(p, q);

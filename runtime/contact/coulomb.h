@@ -81,7 +81,7 @@ KERATIN_LANE_INLINE Local3<Pack> solve_one_contact(const Delassus<Pack>& w, cons
             const Pack t_square = max(ta * ta + tb * tb, tiny), t = sqrt(t_square);
             const Pack n = zero - (b.n + wa * ta + wb * tb) * inverse_n;
             // Derivatives: ta' = -ta da, tb' = -tb db, |t|' = -fall / |t|. With value = mu n / |t|
-            // - 1 the step value / value' is short / slope.
+            // - 1 the step value / value' is short_of |t|^2 / slope.
             const Pack n_slope = (wa * ta * da + wb * tb * db) * inverse_n;
             const Pack fall = ta * ta * da + tb * tb * db;
             const Pack short_of = mu * n - t;

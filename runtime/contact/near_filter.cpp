@@ -17,7 +17,7 @@ constexpr int kLanes = 16;
 
 struct Lanes {
     alignas(64) float first[12][kLanes], second[12][kLanes];
-    alignas(64) float room[kLanes];  // m, distance at the start less what the motion can close
+    alignas(64) float room[kLanes];  // m, what the edges certainly stay apart by in the step
 };
 
 // The way to point p from the nearest place of the segment from 0 along e, squared length ee.
