@@ -57,7 +57,6 @@ struct StrandContact::Memory {
     std::vector<double> eased;              // [contacts] m/s
     bool changed = true;                    // contacts since W was assembled
     bool together = false;                  // sweeps have not been enough in this step
-    std::size_t overlapping = 0;            // contacts, by the last detection
     bool unapplied = false;  // remembered impulses that the velocity does not contain yet
     ImpulsePass impulse_pass;
     GaussSeidel gauss_seidel;
@@ -315,7 +314,7 @@ std::size_t StrandContact::detect(const ContactProblem& problem, std::span<const
 
     start = now();
     const Refreshed refreshed = refresh_contacts(strands, m.shapes, settings, m.contacts);
-    m.overlapping = refreshed.overlapping;
+    m.report.overlapping = refreshed.overlapping;
     std::size_t added = merge_contacts(found, m.contacts);
     if (added > 0) m.start_from_before();
     const United united = unite_contacts(strands, m.contacts);
@@ -326,7 +325,7 @@ std::size_t StrandContact::detect(const ContactProblem& problem, std::span<const
     return added + refreshed.changed;
 }
 
-bool StrandContact::overlaps() const { return memory_->overlapping > 0; }
+bool StrandContact::overlaps() const { return memory_->report.overlapping > 0; }
 
 ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const double> v,
                                 const RodInverse& inverse, std::span<double> impulse) {
@@ -414,7 +413,6 @@ void StrandContact::end_step(const ContactProblem& problem, std::span<const doub
     const std::size_t n = m.contacts.size();
     m.write_back();
     m.report.contacts = n;
-    m.report.overlapping = m.overlapping;
     for (std::size_t c = 0; c < n; ++c) m.report.active += m.impulses[3 * c] > 0;
     m.report.coulomb_residual = m.mean_residual(problem, v);
     ++m.totals.steps;
