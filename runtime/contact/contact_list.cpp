@@ -95,7 +95,6 @@ United unite_contacts(const ContactStrands& strands, std::vector<Contact>& conta
 Refreshed refresh_contacts(const ContactStrands& strands, std::span<const MovingShape> colliders,
                            const DetectionSettings& settings, std::span<Contact> contacts) {
     constexpr std::uint32_t kMostRenewals = 3;  // of a contact in a step
-    constexpr double kOverlaps = 0.01;          // of delta
     std::size_t changed = 0, overlapping = 0;
     const int threads = std::max(1, settings.threads);
 #pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : changed, overlapping)
@@ -161,7 +160,8 @@ Refreshed refresh_contacts(const ContactStrands& strands, std::span<const Moving
         if (c.renewals >= kMostRenewals ||
             !apart_at_start(p, q, s, t, n, std::min(delta, start_distance))) {
             // Those that begin the step nearer are on their way out.
-            overlapping += reached < std::min(delta, start_distance) - kOverlaps * c.distance;
+            overlapping += c.against_collider &&
+                           reached < std::min(delta, start_distance) - kOverlaps * c.distance;
             continue;
         }
         c.parameter[0] = s;

@@ -32,7 +32,8 @@ United unite_contacts(const ContactStrands& strands, std::vector<Contact>& conta
 // for ever.
 struct Refreshed {
     std::size_t changed = 0;
-    // Left as they are, nearer than delta and than at the start by more than 1 % of delta.
+    // With colliders, left as they are, nearer than delta and than at the start by more than
+    // kOverlaps of delta. (Between strands see Detection::overlapping.)
     std::size_t overlapping = 0;
 };
 Refreshed refresh_contacts(const ContactStrands& strands, std::span<const MovingShape> colliders,

@@ -83,8 +83,8 @@ class ContactSolver {
     // Finds contacts of the motion x_t0 + s h v, s in [0, 1], adds those that are new with r = 0,
     // keeps the others' r. Returns the number added.
     virtual std::size_t detect(const ContactProblem& problem, std::span<const double> v) = 0;
-    // Whether the last detect saw contacts that end the step too near each other and can do no
-    // better in a step of this size.
+    // Whether the last detect, which added none, saw strands or colliders that end the step too
+    // near each other and can do no better in a step of this size.
     virtual bool overlaps() const { return false; }
     // Updates r from the velocity v and writes the whole impulse H^T r (0 where there is none).
     virtual ContactPass pass(const ContactProblem& problem, std::span<const double> v,

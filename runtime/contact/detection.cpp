@@ -14,6 +14,12 @@ namespace {
 constexpr double kStays = 1e-4;         // of the contact distance: a vertex this near has not moved
 constexpr std::uint32_t kChunk = 2048;  // pairs or edges a thread takes at a time
 
+double distance_of(const ContactStrands& strands, const DetectionSettings& settings,
+                   std::uint32_t e, std::uint32_t f) {
+    return settings.contact_distance > 0 ? settings.contact_distance
+                                         : strands.radius[e] + strands.radius[f];
+}
+
 double seconds_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -35,6 +41,14 @@ struct Detection::Memory {
     std::vector<double> arc;               // m, length of the strand up to each vertex, at x_t
     std::vector<std::uint32_t> free_from;  // per strand, first edge outside the present collider
     double margin = 0;
+
+    // Along a strand edges come near each other without a loop between them.
+    bool are_joined(const ContactStrands& strands, const BoxPair& pair, double delta) const {
+        constexpr double kHalfTurn = 1.6;  // arc of a half circle over its diameter, rounded up
+        const std::uint32_t e = pair.first, f = pair.second;
+        return strands.strand[e] == strands.strand[f] &&
+               arc[strands.first_vertex[f]] - arc[strands.first_vertex[e] + 1] < kHalfTurn * delta;
+    }
 };
 
 Detection::Detection() : memory_(std::make_unique<Memory>()) {}
@@ -89,10 +103,6 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
     again = again && m.seen_t1.size() == vertices;
     m.searches = again ? m.searches + 1 : 0;
 
-    auto distance_of = [&](std::uint32_t a, std::uint32_t b) {
-        return settings.contact_distance > 0 ? settings.contact_distance
-                                             : strands.radius[a] + strands.radius[b];
-    };
     auto half_distance = [&](std::uint32_t e) {
         return settings.contact_distance > 0 ? 0.5 * settings.contact_distance : strands.radius[e];
     };
@@ -205,15 +215,8 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
         for (const BoxPair& pair : near) {
             const std::uint32_t e = pair.first, f = pair.second;
             if (!has_moved(e) && !has_moved(f)) continue;
-            const double delta = distance_of(e, f);
-            if (strands.strand[e] == strands.strand[f]) {
-                // Along a strand edges come near each other without a loop between them.
-                constexpr double kHalfTurn =
-                    1.6;  // arc of a half circle over its diameter, rounded up
-                if (m.arc[strands.first_vertex[f]] - m.arc[strands.first_vertex[e] + 1] <
-                    kHalfTurn * delta)
-                    continue;
-            }
+            const double delta = distance_of(strands, settings, e, f);
+            if (m.are_joined(strands, pair, delta)) continue;
             const MovingSegment p = world_edge(strands, e), q = world_edge(strands, f);
             const Meetings meetings = meet_segments(p, q, delta, kSnap * delta);
             if (meetings.count == 0) continue;
@@ -298,6 +301,31 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
     sort_and_unite(strands, m.list);
     counts_.narrow_seconds = seconds_since(start);
     return m.list;
+}
+
+std::size_t Detection::overlapping(const ContactStrands& strands,
+                                   const DetectionSettings& settings) const {
+    const Memory& m = *memory_;
+    const std::size_t chunks = (m.pairs.size() + kChunk - 1) / kChunk;
+    std::size_t count = 0;
+#pragma omp parallel for num_threads(std::max(1, settings.threads)) schedule(dynamic) \
+    reduction(+ : count)
+    for (std::size_t c = 0; c < chunks; ++c)
+        for (const BoxPair& pair : m.near[c]) {
+            const double delta = distance_of(strands, settings, pair.first, pair.second);
+            if (m.are_joined(strands, pair, delta)) continue;
+            const MovingSegment p = world_edge(strands, pair.first),
+                                q = world_edge(strands, pair.second);
+            const MovingSegment p1 = at_time(p, 1), q1 = at_time(q, 1);
+            const SegmentPair<double> end = closest_segments(p1.a, p1.b, q1.a, q1.b);
+            const double apart = (1 - kOverlaps) * delta;
+            if (end.squared_distance >= apart * apart) continue;
+            const double start = std::sqrt(closest_segments(p.a, p.b, q.a, q.b).squared_distance);
+            count +=
+                std::sqrt(end.squared_distance) < std::min(delta, start) - kOverlaps * delta &&
+                (can_move(strands, pair.first, end.s) || can_move(strands, pair.second, end.t));
+        }
+    return count;
 }
 
 }  // namespace keratin

@@ -11,6 +11,9 @@
 
 namespace keratin {
 
+// Of delta: what strands may end a step nearer by.
+inline constexpr double kOverlaps = 0.01;
+
 struct DetectionSettings {
     double step = 1e-3;           // s
     double friction = 0.3;        // strand on strand, >= 0 (infinite allowed)
@@ -50,6 +53,11 @@ class Detection {
     std::span<const FoundContact> find(const ContactStrands& strands,
                                        std::span<const MovingShape> colliders,
                                        const DetectionSettings& settings, bool again = false);
+
+    // Pairs of strands' edges, of those that the last find looked at, that end the step nearer than
+    // delta and than they begin it by more than kOverlaps of delta; whether or not they have a
+    // contact: one that holds at its place says nothing of the rest of its edges.
+    std::size_t overlapping(const ContactStrands& strands, const DetectionSettings& settings) const;
 
     const DetectionCounts& counts() const { return counts_; }
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <omp.h>
 #include <utility>
@@ -15,6 +16,17 @@ namespace keratin {
 namespace {
 
 constexpr std::uint32_t kMostRounds = 20;  // over all strands, of contacts solved together
+
+// What a saved state begins with, and a contact in it.
+struct SavedHead {
+    std::uint64_t magic = 0x31746361'746e6f63;  // "contact1" in little-endian bytes
+    std::uint64_t count = 0;
+    double step = 0;  // s, that the impulses are of; 0: there was none
+};
+struct SavedContact {
+    std::uint64_t pair = 0, feature = 0;
+    double impulse[3] = {0, 0, 0};  // N s
+};
 
 double now() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
@@ -47,7 +59,11 @@ struct StrandContact::Memory {
     Detection detection;
     bool searched = false;  // in this step
     std::vector<Contact> contacts;
-    std::vector<Known> before;
+    struct Known {
+        ContactKey key;
+        Vector3 impulse;
+    };
+    std::vector<Known> before;  // the contacts of the step before that had an impulse
     double before_step = 0;  // s, that `contacts` have impulses of
 
     std::vector<ContactLaw> laws;
@@ -221,23 +237,46 @@ const ContactReport& StrandContact::report() const { return memory_->report; }
 const ContactTotals& StrandContact::totals() const { return memory_->totals; }
 void StrandContact::reset_totals() { memory_->totals = {}; }
 
-StrandContact::Remembered StrandContact::remembered() const {
-    Remembered out;
-    out.step = memory_->before_step;
-    for (const Contact& c : memory_->contacts) out.contacts.push_back({c.key, c.impulse});
+std::vector<std::byte> StrandContact::save() const {
+    const std::vector<Contact>& contacts = memory_->contacts;
+    std::vector<std::byte> out(sizeof(SavedHead) + contacts.size() * sizeof(SavedContact));
+    const SavedHead head{.count = contacts.size(), .step = memory_->before_step};
+    std::memcpy(out.data(), &head, sizeof head);
+    std::byte* at = out.data() + sizeof head;
+    for (const Contact& c : contacts) {
+        const SavedContact saved{
+            c.key.pair, c.key.feature, {c.impulse.x, c.impulse.y, c.impulse.z}};
+        std::memcpy(at, &saved, sizeof saved);
+        at += sizeof saved;
+    }
     return out;
 }
 
-void StrandContact::remember(const Remembered& last) {
-    memory_->contacts.clear();
-    for (const Known& known : last.contacts) {
-        Contact c;
-        c.key = known.key;
-        c.impulse = known.impulse;
-        memory_->contacts.push_back(c);
+Result<void> StrandContact::restore(std::span<const std::byte> state) {
+    const auto bad = [](const char* what) { return Error{ErrorCode::input, "state", what}; };
+    SavedHead head;
+    if (state.size() < sizeof head) return bad("is not one of contacts");
+    std::memcpy(&head, state.data(), sizeof head);
+    state = state.subspan(sizeof head);
+    if (head.magic != SavedHead{}.magic || state.size() % sizeof(SavedContact) != 0 ||
+        state.size() / sizeof(SavedContact) != head.count)
+        return bad("is not one of contacts");
+    if (!(head.step >= 0) || !std::isfinite(head.step)) return bad("holds a step that no run has");
+    std::vector<Contact> contacts(head.count);
+    for (Contact& c : contacts) {
+        SavedContact saved;
+        std::memcpy(&saved, state.data(), sizeof saved);
+        state = state.subspan(sizeof saved);
+        const double* r = saved.impulse;
+        if (!std::all_of(r, r + 3, [](double v) { return std::isfinite(v); }))
+            return bad("holds an impulse that is not finite");
+        c.key = {saved.pair, static_cast<std::uint32_t>(saved.feature)};
+        c.impulse = {r[0], r[1], r[2]};
     }
-    memory_->before_step = last.step;
+    memory_->contacts = std::move(contacts);
+    memory_->before_step = head.step;
     memory_->impulses.clear();
+    return {};
 }
 
 void StrandContact::attached() { memory_->gauss_seidel = GaussSeidel(); }
@@ -284,7 +323,7 @@ void StrandContact::begin_step(const ContactProblem& problem) {
     m.report = {};
     m.residuals.clear();
     if (m.before_step > 0)
-        for (Known& r : m.before) r.impulse *= problem.step / m.before_step;
+        for (Memory::Known& r : m.before) r.impulse *= problem.step / m.before_step;
     m.before_step = problem.step;
     m.totals.bookkeeping_seconds += now() - start;
 }
@@ -322,6 +361,11 @@ std::size_t StrandContact::detect(const ContactProblem& problem, std::span<const
     if (added + refreshed.changed + united.all > 0) m.write_laws(problem);
     if (refreshed.changed > 0) m.correct_gaps(problem, v);
     m.totals.bookkeeping_seconds += now() - start;
+    if (added + refreshed.changed == 0) {
+        start = now();
+        m.report.overlapping += m.detection.overlapping(strands, settings);
+        m.totals.detection_seconds += now() - start;
+    }
     return added + refreshed.changed;
 }
 

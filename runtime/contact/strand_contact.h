@@ -7,7 +7,9 @@
 #include "runtime/contact/detection.h"
 #include "runtime/contact/gauss_seidel.h"
 #include "runtime/contact/impulse_pass.h"
+#include "schema/result.h"
 
+#include <cstddef>
 #include <functional>
 #include <vector>
 
@@ -89,16 +91,9 @@ class StrandContact final : public ContactSolver {
 
     // What the next step begins with, to go on later bit for bit: contacts and impulses of the last
     // step, or of its last part where it was taken in halves.
-    struct Known {
-        ContactKey key;
-        Vector3 impulse;
-    };
-    struct Remembered {
-        double step = 0;  // s, that the impulses are of; 0: there was none
-        std::vector<Known> contacts;
-    };
-    Remembered remembered() const;
-    void remember(const Remembered& last);
+    std::vector<std::byte> save() const;
+    // Errors (input): not such a state.
+    Result<void> restore(std::span<const std::byte> state);
 
   private:
     struct Memory;

@@ -678,31 +678,20 @@ std::string RodRun::hash() const {
 
 // What a saved state begins with.
 struct StateHead {
-    std::uint64_t rod_bytes = 0, contacts = 0;
-    double contact_step = 0;  // s
-};
-// A contact in it.
-struct StateContact {
-    std::uint64_t pair = 0, feature = 0;
-    double impulse[3] = {0, 0, 0};  // N s
+    std::uint64_t rod_bytes = 0, contact_bytes = 0;
 };
 
 Result<std::vector<std::byte>> RodRun::save() const {
-    const std::vector<std::byte> state = rods_->save();
-    const StrandContact::Remembered remembered =
-        contact_ ? contact_->remembered() : StrandContact::Remembered();
+    const std::vector<std::byte> rods = rods_->save(),
+                                 contacts = contact_ ? contact_->save() : std::vector<std::byte>();
     std::vector<std::byte> out;
     const auto put = [&](std::span<const std::byte> bytes) {
         out.insert(out.end(), bytes.begin(), bytes.end());
     };
-    const StateHead head{state.size(), remembered.contacts.size(), remembered.step};
+    const StateHead head{rods.size(), contacts.size()};
     put(std::as_bytes(std::span(&head, 1)));
-    put(state);
-    for (const StrandContact::Known& known : remembered.contacts) {
-        const StateContact contact{
-            known.key.pair, known.key.feature, {known.impulse.x, known.impulse.y, known.impulse.z}};
-        put(std::as_bytes(std::span(&contact, 1)));
-    }
+    put(rods);
+    put(contacts);
     return out;
 }
 
@@ -712,26 +701,12 @@ Result<void> RodRun::load(std::span<const std::byte> state, double time) {
     if (state.size() < sizeof head) return other;
     std::memcpy(&head, state.data(), sizeof head);
     state = state.subspan(sizeof head);
-    if (head.rod_bytes > state.size() ||
-        (state.size() - head.rod_bytes) % sizeof(StateContact) != 0 ||
-        (state.size() - head.rod_bytes) / sizeof(StateContact) != head.contacts)
+    if (head.rod_bytes > state.size() || state.size() - head.rod_bytes != head.contact_bytes ||
+        (head.contact_bytes > 0) != !!contact_)
         return other;
-    if (!(head.contact_step >= 0) || !std::isfinite(head.contact_step))
-        return Error{ErrorCode::input, "", "the state holds a step that no run has"};
     if (auto ok = rods_->restore(state.first(head.rod_bytes)); !ok) return ok;
-    state = state.subspan(head.rod_bytes);
-    StrandContact::Remembered remembered;
-    remembered.step = head.contact_step;
-    for (; !state.empty(); state = state.subspan(sizeof(StateContact))) {
-        StateContact contact;
-        std::memcpy(&contact, state.data(), sizeof contact);
-        const double* r = contact.impulse;
-        if (!std::all_of(r, r + 3, [](double v) { return std::isfinite(v); }))
-            return Error{ErrorCode::input, "", "the state holds an impulse that is not finite"};
-        remembered.contacts.push_back(
-            {{contact.pair, static_cast<std::uint32_t>(contact.feature)}, {r[0], r[1], r[2]}});
-    }
-    if (contact_) contact_->remember(remembered);
+    if (contact_)
+        if (auto ok = contact_->restore(state.subspan(head.rod_bytes)); !ok) return ok;
     time_ = time;
     for (RodBody& body : bodies_) {
         guide_roots(body, time, body.root);

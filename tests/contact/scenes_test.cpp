@@ -79,15 +79,24 @@ TEST_CASE("a run saved after a step in halves goes on in the same bits") {
         halved = step->halved > 0 && whole.contact.report().active > 0;
     }
     REQUIRE(halved);
-    CHECK(whole.contact.remembered().step < 0.9 * kStep);
     Run resumed(scene);
     REQUIRE(resumed.rods.restore(whole.rods.save()));
-    resumed.contact.remember(whole.contact.remembered());
+    REQUIRE(resumed.contact.restore(whole.contact.save()));
     for (int k = 0; k < 2; ++k) {
         REQUIRE(whole.rods.step(kStep));
         REQUIRE(resumed.rods.step(kStep));
     }
     CHECK(whole.rods.save() == resumed.rods.save());
+
+    // What is not such a state is refused, and leaves what there was.
+    const std::vector<std::byte> good = resumed.contact.save();
+    std::vector<std::byte> shorter(good.begin(), good.end() - 1), other = good, endless = good;
+    other[0] = std::byte{0};
+    for (std::size_t i = good.size() - sizeof(double); i < good.size(); ++i)
+        endless[i] = std::byte{0xff};
+    for (const std::vector<std::byte>& bad : {std::vector<std::byte>(), shorter, other, endless})
+        CHECK(!resumed.contact.restore(bad));
+    CHECK(resumed.contact.save() == good);
 }
 
 TEST_CASE("the impulse pass ends in the same motion as Gauss-Seidel") {

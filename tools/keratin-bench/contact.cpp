@@ -189,7 +189,7 @@ struct Run {
     // Where another run of the scene is.
     void go_to(const Run& other) {
         (void)rods.restore(other.rods.save());
-        contact.remember(other.contact.remembered());
+        (void)contact.restore(other.contact.save());
         steps = other.steps;
     }
 };

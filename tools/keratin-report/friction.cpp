@@ -42,12 +42,11 @@ struct Rubbing {
 
 // The state of a Rubbing, to come back to.
 struct Kept {
-    std::vector<std::byte> rods;
-    StrandContact::Remembered contacts;
-    explicit Kept(const Rubbing& r) : rods(r.rods.save()), contacts(r.contact->remembered()) {}
+    std::vector<std::byte> rods, contacts;
+    explicit Kept(const Rubbing& r) : rods(r.rods.save()), contacts(r.contact->save()) {}
     void restore(Rubbing& r) const {
         (void)r.rods.restore(rods);
-        r.contact->remember(contacts);
+        (void)r.contact->restore(contacts);
     }
 };
 

@@ -84,10 +84,8 @@ class RodRun final : public StressRun {
         put(rods.data(), size);
         put(to_.data(), to_.size() * sizeof(Double3));
         if (contact_) {
-            const auto remembered = contact_->remembered();
-            put(&remembered.step, sizeof remembered.step);
-            put(remembered.contacts.data(),
-                remembered.contacts.size() * sizeof(StrandContact::Known));
+            const std::vector<std::byte> contacts = contact_->save();
+            put(contacts.data(), contacts.size());
         }
         return out;
     }
@@ -98,14 +96,7 @@ class RodRun final : public StressRun {
         state = state.subspan(sizeof(size) + size);
         std::memcpy(to_.data(), state.data(), to_.size() * sizeof(Double3));
         state = state.subspan(to_.size() * sizeof(Double3));
-        if (!contact_) return {};
-        StrandContact::Remembered remembered;
-        std::memcpy(&remembered.step, state.data(), sizeof remembered.step);
-        state = state.subspan(sizeof remembered.step);
-        remembered.contacts.resize(state.size() / sizeof(StrandContact::Known));
-        std::memcpy(static_cast<void*>(remembered.contacts.data()), state.data(), state.size());
-        contact_->remember(remembered);
-        return {};
+        return contact_ ? contact_->restore(state) : Result<void>();
     }
 
   private:
