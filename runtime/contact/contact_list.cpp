@@ -8,6 +8,12 @@
 namespace keratin {
 namespace {
 
+// From parameter low to high of the segment.
+MovingSegment part_of(const MovingSegment& m, double low, double high) {
+    return {mix(m.a, m.b, low), mix(m.a, m.b, high), mix(m.move_a, m.move_b, low),
+            mix(m.move_a, m.move_b, high)};
+}
+
 // Whether one of the contacts, ascending by key, is the same place of the edge.
 bool is_listed_near(const Contact& c, std::span<const Contact> contacts) {
     auto k = std::lower_bound(contacts.begin(), contacts.end(), c.key.pair,
@@ -123,45 +129,49 @@ Refreshed refresh_contacts(const ContactStrands& strands, std::span<const Moving
         const double start_distance = std::sqrt(at_start.squared_distance);
         const double target = std::min(delta, start_distance + 0.2 * c.distance);
         const MovingSegment p1 = at_time(p, 1), q1 = at_time(q, 1);
-        double s = start_first ? 0 : c.parameter[0], t = c.parameter[1];
-        if (start_first && start_second) {
-            t = 0;
-        } else if (start_first) {
-            t = closest_on_segment(p1.a, q1.a, q1.b);
+        // What other parts of the edges have is other contacts'.
+        double low = 0, high = 1;
+        if (start_first) {
+            high = 0;
         } else if (start_second) {
-            t = 0;
-            s = closest_on_segment(q1.a, p1.a, p1.b);
+        } else if (c.against_collider) {
+            const int name = name_on_solid(c.key);
+            low = name == 0 ? c.parameter[0] : std::min(1.0, (name - 1) * kPartOnSolid);
+            high = name == 0 ? c.parameter[0] : std::min(1.0, name * kPartOnSolid);
         } else {
-            // What another part of the edge has is another contact's.
-            double low = 0, high = 1;
-            if (c.against_collider) {
-                const int name = name_on_solid(c.key);
-                low = name == 0 ? s : std::min(1.0, (name - 1) * kPartOnSolid);
-                high = name == 0 ? s : std::min(1.0, name * kPartOnSolid);
-            } else {
-                const std::uint32_t parts = parts_of_first(p, q, delta);
-                const std::uint32_t part = c.key.feature >> kFeatureParts;
-                low = static_cast<double>(part) / parts;
-                high = static_cast<double>(part + 1) / parts;
-            }
-            const SegmentPair<double> pair =
-                closest_segments(mix(p1.a, p1.b, low), mix(p1.a, p1.b, high), q1.a, q1.b);
-            s = low + (high - low) * pair.s;
-            t = pair.t;
+            const std::uint32_t parts = parts_of_first(p, q, delta);
+            const std::uint32_t part = c.key.feature >> kFeatureParts;
+            low = static_cast<double>(part) / parts;
+            high = static_cast<double>(part + 1) / parts;
         }
+        const double until = start_second ? 0 : 1;
+        const SegmentPair<double> pair = closest_segments(
+            mix(p1.a, p1.b, low), mix(p1.a, p1.b, high), q1.a, start_second ? q1.a : q1.b);
+        double s = low + (high - low) * pair.s, t = until * pair.t;
         const Vector3 w = mix(p1.a, p1.b, s) - mix(q1.a, q1.b, t);
         const double d = length(w);
         if (d < kTouching) continue;
         Vector3 n = w * (1 / d);
         const double along = dot(n, c.normal);
         if (along < 0) n = -n;
-        const double reached = along < 0 ? -d : d;
+        double reached = along < 0 ? -d : d;
         if (reached >= target - settings.end_tolerance * c.distance) continue;
-        if (c.renewals >= kMostRenewals ||
-            !apart_at_start(p, q, s, t, n, std::min(delta, start_distance))) {
+        const double least = std::min(delta, start_distance) - kOverlaps * c.distance;
+        bool renew = c.renewals < kMostRenewals;
+        if (renew && !apart_at_start(p, q, s, t, n, std::min(delta, start_distance))) {
+            Meeting at;
+            renew = meet_deeper(part_of(p, low, high), part_of(q, 0, until), least, at);
+            if (renew) {
+                s = low + (high - low) * at.s;
+                t = until * at.t;
+                n = at.normal;
+                reached = dot(n, mix(p1.a, p1.b, s) - mix(q1.a, q1.b, t));
+                renew = reached < target - settings.end_tolerance * c.distance;
+            }
+        }
+        if (!renew) {
             // Those that begin the step nearer are on their way out.
-            overlapping += c.against_collider &&
-                           reached < std::min(delta, start_distance) - kOverlaps * c.distance;
+            overlapping += c.against_collider && reached < least;
             continue;
         }
         c.parameter[0] = s;

@@ -11,9 +11,6 @@
 
 namespace keratin {
 
-// Of delta: what strands may end a step nearer by.
-inline constexpr double kOverlaps = 0.01;
-
 struct DetectionSettings {
     double step = 1e-3;           // s
     double friction = 0.3;        // strand on strand, >= 0 (infinite allowed)

@@ -115,6 +115,20 @@ bool apart_at_start(const MovingSegment& p, const MovingSegment& q, double s, do
     return dot(normal, mix(p.a, p.b, s) - mix(q.a, q.b, t)) >= 0.5 * distance;
 }
 
+bool meet_deeper(MovingSegment p, MovingSegment q, double distance, Meeting& out) {
+    if (!(distance > 0)) return false;
+    const double rate = take_out_mean_motion(p, q);
+    const FirstContact first = first_segment_contact(p, q, rate, distance);
+    if (!first.found) return false;
+    const MovingSegment pt = at_time(p, first.time), qt = at_time(q, first.time);
+    const SegmentPair<double> pair = closest_segments(pt.a, pt.b, qt.a, qt.b);
+    const Vector3 w = mix(pt.a, pt.b, pair.s) - mix(qt.a, qt.b, pair.t);
+    const double d = length(w);
+    if (d < kTouching) return false;
+    out = {pair.s, pair.t, w * (1 / d)};
+    return true;
+}
+
 bool meet_at_end(const MovingSegment& p, const MovingSegment& q, double reach, double delta,
                  double tolerance, const Meetings& first, Meeting& out) {
     const double target = std::min(reach, first.start_distance + 0.2 * delta) - tolerance * delta;
@@ -126,7 +140,7 @@ bool meet_at_end(const MovingSegment& p, const MovingSegment& q, double reach, d
     constexpr double kSameSide = 0.2;  // cosine; less may have passed through
     if (dot(n, first.at[0].normal) < kSameSide ||
         !apart_at_start(p, q, pair.s, pair.t, n, std::min(reach, first.start_distance)))
-        return false;
+        return meet_deeper(p, q, std::min(reach, first.start_distance) - kOverlaps * delta, out);
     out = {pair.s, pair.t, n};
     return true;
 }

@@ -12,6 +12,8 @@
 
 namespace keratin {
 
+// Of delta: what strands may end a step nearer by.
+inline constexpr double kOverlaps = 0.01;
 inline constexpr double kTouching = 1e-9;  // m; below it two closest points give no normal
 // Of delta: how much farther an end of a segment may be and count as the closest point.
 inline constexpr double kSnap = 4e-3;
@@ -39,8 +41,13 @@ Meetings meet_segments(MovingSegment p, MovingSegment q, double delta, double sl
 bool apart_at_start(const MovingSegment& p, const MovingSegment& q, double s, double t,
                     const Vector3& normal, double distance);
 
+// The first moment at which the segments come within distance (m), and where. With less than delta:
+// where they meet next while the contact that they met in first holds them off.
+bool meet_deeper(MovingSegment p, MovingSegment q, double distance, Meeting& out);
+
 // The end of the step, where it is nearer than reach (m) by more than a tolerance (of delta) on the
-// side that `first` found.
+// side that `first` found; where they have turned past each other by then, the moment at which they
+// first are nearer by kOverlaps (of delta).
 bool meet_at_end(const MovingSegment& p, const MovingSegment& q, double reach, double delta,
                  double tolerance, const Meetings& first, Meeting& out);
 

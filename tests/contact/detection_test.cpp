@@ -319,6 +319,36 @@ TEST_CASE("edges along each other have a contact in each part that is too near, 
     }
 }
 
+TEST_CASE("edges along each other that turn about their contact meet again before they pass") {
+    // The second edge lies on the first with its start and is turned down through it: the end of
+    // the step, with middles 6e-6 m apart, does not tell from which side they came.
+    Chains c;
+    const double half = 2.5e-3, y = 2 * r;
+    c.add({{-half, 0, 0}, {half, 0, 0}}, {0, 0, 0}, r);
+    c.add({{-half / 2, y, -2e-6}, {half, y + 2e-4, 1e-5}}, {0, 0, 0}, r);
+    c.x_t1[3] += Vector3(0, -4.4e-4, 0);
+    Detection detection;
+    DetectionSettings settings;
+    std::vector<Contact> list;
+    merge_contacts(detection.find(c.view(), {}, settings), list);
+    REQUIRE(closest_segments(c.x_t1[0], c.x_t1[1], c.x_t1[2], c.x_t1[3]).squared_distance < 1e-10);
+    REQUIRE(list.size() == 2);
+    CHECK(list[0].parameter[1] == 0);
+    const Contact next = list[1];
+    for (const Contact& k : list) CHECK(k.normal.y < -0.99);
+    // By its law this motion is not allowed.
+    const auto at = [&](std::size_t v, double s) { return mix(c.x_t1[v], c.x_t1[v + 1], s); };
+    CHECK(dot(next.normal, at(0, next.parameter[0]) - at(2, next.parameter[1])) < 0);
+
+    // A contact that stands inside already is taken anew on the side that they come from.
+    std::vector<Contact> stale{next};
+    stale[0].key.feature = 3 << 2;
+    stale[0].parameter[0] = stale[0].parameter[1] = 0.5;
+    CHECK(refresh_contacts(c.view(), {}, settings, stale).changed == 1);
+    CHECK(stale[0].normal.y < -0.99);
+    CHECK(stale[0].shortfall > 0);
+}
+
 TEST_CASE("contacts of neighbouring edges that stand at one place are made one") {
     // A strand with a vertex over the middle of another: sliding has taken the contact of its first
     // edge to the vertex, where that of its second edge is.
