@@ -59,11 +59,12 @@ class RodInverse {
     virtual ~RodInverse() = default;
     // Changes whenever a factor of the block does: the same number, the same inverse.
     virtual std::uint64_t version(std::uint32_t block) const = 0;
-    // One vector for each strand of a block at once, in place: [block length], laid out as the
-    // block's part of the arrays above. As fast as one strand alone.
+    // Three vectors for each strand of a block at once, in place: as fast as half of them one by
+    // one. values: [3 * block length]; what stands at r * lanes + l of the block's part of the
+    // arrays above is, of vector c, at (3 r + c) * lanes + l. Before and after the values stand
+    // margin() zeros.
     virtual void apply_block(std::uint32_t block, std::span<double> values) const = 0;
-    // One strand, in place: [4 * vertex_count], numbers next to each other.
-    virtual void apply(std::uint32_t strand, std::span<double> values) const = 0;
+    virtual std::size_t margin() const { return 0; }
 };
 
 struct ContactPass {

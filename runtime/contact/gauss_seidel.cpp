@@ -22,8 +22,6 @@ constexpr double kUphill = 1.2;  // growth of the squared step at which the dire
 constexpr std::uint32_t kPatience = 100;  // sweeps: see kProgress
 constexpr double kFarWorse =
     10;  // than the best residual seen: the impulses of then are taken back
-constexpr std::size_t kBatchImpulses = 3 * kContactBatch;
-constexpr std::size_t kChunk = 1024;  // numbers that a thread takes at a time
 
 }  // namespace
 
@@ -41,6 +39,7 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
                          m.now.rows.data(),         1 / settings.velocity_scale,
                          1 / settings.impulse_scale};
 
+#pragma omp parallel for num_threads(settings.threads) schedule(static)
     for (std::size_t c = 0; c < contacts; ++c) {
         ContactBatch& batch = m.batches[m.batch_of[c] / kContactBatch];
         const std::uint32_t lane = m.batch_of[c] % kContactBatch;
@@ -72,55 +71,49 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
     // carried on together and W is not applied again. What is kept always comes from a sweep, which
     // puts the impulses back under the law.
     const std::size_t numbers = m.batches.size() * kBatchImpulses, states = m.state.size();
-    for (AlignedNumbers* a : {&m.impulse_before, &m.impulse_along}) a->assign(numbers, 0.0);
-    for (AlignedNumbers* a : {&m.state_before, &m.state_along}) a->assign(states, 0.0);
-    const std::size_t chunks = (states + kChunk - 1) / kChunk;
+    m.impulse_along.assign(numbers, 0.0);
+    m.state_before.assign(m.state.begin(), m.state.end());
+    m.state_along.assign(states, 0.0);
     double last_square = std::numeric_limits<double>::infinity();
     const double enough = std::max(settings.residual, settings.gain * report.start);
-    double best = last_square, kept = report.start;
+    double best = last_square, kept = 0;  // kept: mean |f_FB| of the impulses kept
     std::uint32_t best_sweep = 0;
-    auto each_kept = [&](auto&& visit) {
-        for (std::size_t b = 0; b < m.batches.size(); ++b) {
+    m.best_impulse.resize(numbers);
+    m.best_eased.resize(m.batches.size() * kContactBatch);
+    auto each_kept = [&](const Memory::Bucket& bucket, auto&& visit) {
+        for (std::size_t b = bucket.first_batch; b < bucket.last_batch; ++b) {
             visit(&m.batches[b].impulse[0][0], m.best_impulse.data() + b * kBatchImpulses,
                   kBatchImpulses);
             visit(m.batches[b].eased, m.best_eased.data() + b * kContactBatch, kContactBatch);
         }
     };
-    auto keep = [&] {
-        each_kept([](double* now, double* then, std::size_t n) { std::copy_n(now, n, then); });
-        kept = report.residual;
+    auto keep = [&](const Memory::Bucket& bucket) {
+        each_kept(bucket,
+                  [](double* now, double* then, std::size_t n) { std::copy_n(now, n, then); });
     };
-    m.best_impulse.resize(numbers);
-    m.best_eased.resize(m.batches.size() * kContactBatch);
-    keep();
-    auto each_impulse = [&](std::size_t bucket, auto&& visit) {
-        for (std::size_t b = m.buckets[bucket].first_batch; b < m.buckets[bucket].last_batch; ++b)
-            for (std::size_t i = 0; i < kBatchImpulses; ++i)
-                visit(m.batches[b].impulse[i / kContactBatch][i % kContactBatch],
-                      b * kBatchImpulses + i);
+    auto take_back = [&](const Memory::Bucket& bucket) {
+        each_kept(bucket,
+                  [](double* now, double* then, std::size_t n) { std::copy_n(then, n, now); });
     };
+    for (const Memory::Bucket& bucket : m.buckets) keep(bucket);
+    m.impulse_before.assign(m.best_impulse.begin(), m.best_impulse.end());
     SpinBarrier barrier;
     // Every thread decides the same from the same sums, in the same order.
 #pragma omp parallel num_threads(settings.threads) firstprivate(best, best_sweep, last_square)
     {
-        const auto thread = static_cast<std::size_t>(omp_get_thread_num()),
-                   team = static_cast<std::size_t>(omp_get_num_threads());
-        const auto meet = [&] { barrier.wait(static_cast<std::uint32_t>(team)); };
+        const auto thread = static_cast<std::uint32_t>(omp_get_thread_num()),
+                   team = static_cast<std::uint32_t>(omp_get_num_threads());
+#pragma omp single
+        m.share_out(team);
+        const auto meet = [&] { barrier.wait(team); };
         const auto each = [&](std::size_t first, std::size_t last, auto&& body) {
-            for (std::size_t k = first + thread; k < last; k += team) body(k);
+            for (std::size_t k = first; k < last; ++k)
+                if (m.owner[k] == thread) body(k);
         };
-        const auto each_state = [&](auto&& body) {
-            each(0, chunks, [&](std::size_t c) {
-                const std::size_t end = std::min(states, (c + 1) * kChunk);
-                for (std::size_t i = c * kChunk; i < end; ++i) body(i);
-            });
-        };
+        const std::size_t first_state = m.group_state[(thread * kGroups + team - 1) / team],
+                          last_state = m.group_state[((thread + 1) * kGroups + team - 1) / team];
+        double least = report.start;  // of those kept
         for (std::uint32_t sweeps = 1;; ++sweeps) {
-            each(0, buckets, [&](std::size_t b) {
-                each_impulse(b, [&](double& r, std::size_t i) { m.impulse_before[i] = r; });
-            });
-            each_state([&](std::size_t i) { m.state_before[i] = m.state[i]; });
-            meet();
             for (std::size_t first = 0; first < buckets;) {
                 std::size_t last = first;
                 while (last < buckets && m.buckets[last].phase == m.buckets[first].phase) ++last;
@@ -144,14 +137,19 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
                 const bool done = sweeps >= settings.most_sweeps ||
                                   (sweeps >= settings.least_sweeps &&
                                    (residual <= enough || sweeps >= best_sweep + kPatience));
-                if (thread == 0) {
-                    report.residual = residual;
-                    report.sweeps = sweeps;
-                    if (!done && residual < kept) keep();
+                if (done) {
+                    if (thread == 0) {
+                        report.residual = residual;
+                        report.sweeps = sweeps;
+                        kept = least;
+                    }
+                    break;
                 }
-                if (done) break;
+                if (residual < least) {
+                    least = residual;
+                    each(0, buckets, [&](std::size_t b) { keep(m.buckets[b]); });
+                }
                 if (settings.leeway > 0 && sweeps % kEaseEvery == 0) {
-                    meet();
                     each(0, buckets, [&](std::size_t b) {
                         kernels.ease(view, m.buckets[b].first_batch, m.buckets[b].last_batch,
                                      settings.leeway);
@@ -160,12 +158,9 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
                 }
             }
             each(0, buckets, [&](std::size_t b) {
-                double square = 0;
-                each_impulse(b, [&](double& r, std::size_t i) {
-                    const double d = r - m.impulse_before[i];
-                    square += d * d;
-                });
-                m.bucket_square[b] = square;
+                m.bucket_square[b] =
+                    kernels.square(view, m.buckets[b].first_batch, m.buckets[b].last_batch,
+                                   m.impulse_before.data());
             });
             meet();
             double square = 0;
@@ -174,27 +169,19 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
             const double along =
                 square < kUphill * last_square ? std::min(1.0, square / last_square) : 0;
             last_square = square;
-            // The same thread copies the same numbers when the next sweep begins.
             each(0, buckets, [&](std::size_t b) {
-                each_impulse(b, [&](double& r, std::size_t i) {
-                    const double carried = along * m.impulse_along[i];
-                    const double d = r - m.impulse_before[i];
-                    r += carried;
-                    m.impulse_along[i] = carried + d;
-                });
+                kernels.carry_impulses(view, m.buckets[b].first_batch, m.buckets[b].last_batch,
+                                       along, m.impulse_before.data(), m.impulse_along.data());
             });
-            each_state([&](std::size_t i) {
-                const double carried = along * m.state_along[i];
-                const double d = m.state[i] - m.state_before[i];
-                m.state[i] += carried;
-                m.state_along[i] = carried + d;
-            });
+            kernels.carry(last_state - first_state, along, m.state.data() + first_state,
+                          m.state_before.data() + first_state, m.state_along.data() + first_state);
+            meet();
         }
     }
 
     // Not for a little: from there the next pass would do the same again.
     if (!(report.residual <= kFarWorse * kept)) {
-        each_kept([](double* now, double* then, std::size_t n) { std::copy_n(then, n, now); });
+        for (const Memory::Bucket& bucket : m.buckets) take_back(bucket);
         report.residual = kept;
     }
     for (std::size_t c = 0; c < contacts; ++c) {

@@ -30,6 +30,11 @@ struct AlignedAllocator {
 using AlignedNumbers = std::vector<double, AlignedAllocator<double>>;
 using AlignedFloats = std::vector<float, AlignedAllocator<float>>;
 
+// Groups of strands, each a run of them; contacts within a group and between two groups are swept
+// together. Fixed, so that the order of work does not depend on the threads; bounds how many can be
+// busy.
+inline constexpr std::uint32_t kGroups = 8;
+
 // A solve whose residual does not come to this share of its best in so many more sweeps, or rounds
 // over the strands, leads nowhere.
 inline constexpr double kProgress = 0.9;
@@ -42,7 +47,7 @@ struct GaussSeidel::Memory {
         std::size_t columns, state;
     };
     struct Bucket {
-        std::uint32_t phase, first_batch, last_batch;
+        std::uint32_t phase, first_group, second_group, first_batch, last_batch;
     };
 
     // W strand by strand.
@@ -67,6 +72,8 @@ struct GaussSeidel::Memory {
     std::vector<std::uint32_t> batch_of;  // 8 * batch + lane of each contact
     std::vector<Bucket> buckets;
     std::vector<double> bucket_sum, bucket_square;
+    std::size_t group_state[kGroups + 1];  // where the numbers of each group's strands begin
+    std::vector<std::uint32_t> owner;      // [buckets] thread of the running solve
     std::vector<std::uint32_t> count, last_batch, bucket_of, order;
     std::vector<std::uint32_t> block_strands, block_start;
     std::vector<std::uint64_t> block_version;  // of the inverse that the block's columns come from
@@ -75,6 +82,9 @@ struct GaussSeidel::Memory {
     std::vector<std::uint32_t> together;  // contacts that are solved together
     std::vector<double> w, u, r, friction;
 
+    // Gives each bucket a thread of a team. A thread has neighbouring groups, with their strands'
+    // numbers, so that these seldom go from core to core.
+    void share_out(std::uint32_t team);
     // The columns of a strand that has the same contacts at the same places as when W was last
     // assembled; they hold as long as the version of its block does.
     void take_over(std::uint32_t strand);

@@ -9,9 +9,6 @@
 namespace keratin {
 namespace {
 
-// Groups of strands; contacts within a group and between two groups are swept together. Fixed, so
-// that the order of work does not depend on the threads; bounds how many can be busy.
-constexpr std::uint32_t kGroups = 8;
 constexpr std::size_t kAlign = 8;  // numbers: columns and states start at multiples of 8
 
 std::uint32_t rounded_up(std::size_t n) {
@@ -53,10 +50,14 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
         for (std::uint32_t side = 0; side < laws[c].sides; ++side)
             ++m.now.strands[places[2 * c + side].strand].side_count;
     m.touched.clear();
-    std::uint32_t total = 0;
+    auto group = [&](std::uint32_t s) {
+        return static_cast<std::uint32_t>(static_cast<std::uint64_t>(s) * kGroups / strand_count);
+    };
+    std::uint32_t total = 0, groups = 0;
     std::size_t column_numbers = 0, state_numbers = 0;
     for (std::uint32_t s = 0; s < strand_count; ++s) {
         Memory::StrandPart& part = m.now.strands[s];
+        while (groups <= group(s)) m.group_state[groups++] = state_numbers;
         part.first_side = total;
         if (part.side_count == 0) continue;
         total += part.side_count;
@@ -71,6 +72,7 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
         state_numbers += part.rows;
         part.side_count = 0;
     }
+    while (groups <= kGroups) m.group_state[groups++] = state_numbers;
     m.now.side_order.resize(total);
     m.sides.resize(2 * contacts);
     m.now.columns.resize(column_numbers);
@@ -113,9 +115,6 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
 
     // Batches: by phase, within a phase by pair of groups, each bucket filled greedily in the order
     // of the contacts so that no strand is twice in a batch.
-    auto group = [&](std::uint32_t s) {
-        return static_cast<std::uint32_t>(static_cast<std::uint64_t>(s) * kGroups / strand_count);
-    };
     // Within a bucket those that slide come together, whose solve is the longest, then those that
     // stick, then the open ones.
     constexpr std::uint32_t kKinds = 3;
@@ -179,8 +178,9 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
                 m.last_batch[places[2 * c + side].strand] = at + 1;
             }
         }
-        m.buckets.push_back(
-            {bucket / (kGroups * kGroups), first, static_cast<std::uint32_t>(m.batches.size())});
+        m.buckets.push_back({bucket / (kGroups * kGroups), bucket / kGroups % kGroups,
+                             bucket % kGroups, first,
+                             static_cast<std::uint32_t>(m.batches.size())});
     }
     m.bucket_sum.resize(m.buckets.size());
     m.bucket_square.resize(m.buckets.size());
@@ -210,6 +210,31 @@ void GaussSeidel::Memory::add_coupling(std::span<const ContactLaw> laws,
                 }
             }
         }
+}
+
+void GaussSeidel::Memory::share_out(std::uint32_t team) {
+    auto owner_of = [&](std::uint32_t group) { return group * team / kGroups; };
+    owner.resize(buckets.size());
+    std::vector<std::uint32_t> load(team);
+    for (std::size_t first = 0; first < buckets.size();) {
+        std::size_t last = first;
+        while (last < buckets.size() && buckets[last].phase == buckets[first].phase) ++last;
+        std::ranges::fill(load, 0);
+        auto give = [&](std::size_t b, std::uint32_t thread) {
+            owner[b] = thread;
+            load[thread] += buckets[b].last_batch - buckets[b].first_batch;
+        };
+        // Those between the groups of two threads go where there is less to do.
+        for (std::size_t b = first; b < last; ++b)
+            if (owner_of(buckets[b].first_group) == owner_of(buckets[b].second_group))
+                give(b, owner_of(buckets[b].first_group));
+        for (std::size_t b = first; b < last; ++b) {
+            const std::uint32_t one = owner_of(buckets[b].first_group),
+                                other = owner_of(buckets[b].second_group);
+            if (one != other) give(b, load[other] < load[one] ? other : one);
+        }
+        first = last;
+    }
 }
 
 void GaussSeidel::Memory::take_over(std::uint32_t strand) {
@@ -242,7 +267,7 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
     // W, or its half, by one solve a column: a strand's next column beside those of its block.
 #pragma omp parallel num_threads(threads)
     {
-        AlignedNumbers values;
+        AlignedNumbers numbers;
         std::vector<double> column;
         std::vector<std::uint32_t> members;  // whose columns are to be found
 #pragma omp for schedule(dynamic)
@@ -257,59 +282,59 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
                 if (m.stale[m.block_strands[i]]) members.push_back(m.block_strands[i]);
             if (members.empty()) continue;
             for (const std::uint32_t s : members) m.stale[s] = 0;
-            const std::size_t begin = layout.block_first[b],
-                              length = layout.block_first[b + 1] - begin;
-            values.resize(length);
+            const std::size_t begin = layout.block_first[b], lanes = layout.lanes,
+                              length = 3 * (layout.block_first[b + 1] - begin);
+            numbers.assign(length + 2 * inverse.margin(), 0.0);
+            const std::span values = std::span(numbers).subspan(inverse.margin(), length);
+            // Where a number of vector k stands.
+            const auto place_of_number = [&](std::size_t number, std::size_t k) {
+                const std::size_t at = number - begin;
+                return 3 * (at - at % lanes) + at % lanes + k * lanes;
+            };
             std::uint32_t most = 0;
             for (const std::uint32_t s : members)
                 most = std::max(most, m.now.strands[s].side_count);
-            for (std::uint32_t place = 0; place < most; ++place)
-                for (int k = 0; k < 3; ++k) {
-                    std::fill(values.begin(), values.end(), 0.0);
-                    for (const std::uint32_t s : members) {
-                        const Memory::StrandPart& part = m.now.strands[s];
-                        if (place >= part.side_count) continue;
-                        const std::uint32_t side = m.now.side_order[part.first_side + place];
-                        const SideRows& rows = laws[side / 2].rows[side % 2];
-                        for (int i = 0; i < 7; ++i)
-                            values[rows.first - begin +
-                                   static_cast<std::size_t>(i) * rows.stride] += rows.weight[k][i];
+            for (std::uint32_t place = 0; place < most; ++place) {
+                for (const std::uint32_t s : members) {
+                    const Memory::StrandPart& part = m.now.strands[s];
+                    if (place >= part.side_count) continue;
+                    const std::uint32_t side = m.now.side_order[part.first_side + place];
+                    const SideRows& rows = laws[side / 2].rows[side % 2];
+                    for (std::size_t k = 0; k < 3; ++k) {
+                        double* at = &values[place_of_number(rows.first, k)];
+                        for (std::size_t i = 0; i < 7; ++i) at[3 * i * lanes] = rows.weight[k][i];
                     }
-                    inverse.apply_block(static_cast<std::uint32_t>(b), values);
-                    for (const std::uint32_t s : members) {
-                        const Memory::StrandPart& part = m.now.strands[s];
-                        if (place >= part.side_count) continue;
-                        const std::size_t at =
-                            part.columns + (3 * static_cast<std::size_t>(place) + k) * part.rows;
+                }
+                inverse.apply_block(static_cast<std::uint32_t>(b), values);
+                for (const std::uint32_t s : members) {
+                    const Memory::StrandPart& part = m.now.strands[s];
+                    if (place >= part.side_count) continue;
+                    const std::size_t to =
+                        part.columns + 3 * static_cast<std::size_t>(place) * part.rows;
+                    for (std::size_t k = 0; k < 3; ++k) {
                         column.assign(part.rows, 0.0);
-                        std::uint32_t written = 0;
                         if (part.dense) {
-                            const std::size_t numbers =
-                                4 * static_cast<std::size_t>(layout.vertex_count[s]);
-                            const std::size_t first = layout.first[s] - begin;
-                            for (std::size_t i = 0; i < numbers; ++i)
-                                column[written++] = values[first + i * layout.lanes];
+                            const double* at = &values[place_of_number(layout.first[s], k)];
+                            for (std::size_t i = 0; i < 4 * std::size_t{layout.vertex_count[s]};
+                                 ++i)
+                                column[i] = at[3 * i * lanes];
                         } else {
                             for (std::uint32_t j = 0; j < part.side_count; ++j) {
                                 const std::uint32_t other = m.now.side_order[part.first_side + j];
                                 const SideRows& rows = laws[other / 2].rows[other % 2];
-                                double u[3] = {0, 0, 0};
-                                for (int i = 0; i < 7; ++i) {
-                                    const double x =
-                                        values[rows.first - begin +
-                                               static_cast<std::size_t>(i) * rows.stride];
-                                    for (int d = 0; d < 3; ++d) u[d] += rows.weight[d][i] * x;
-                                }
-                                for (int d = 0; d < 3; ++d) column[written++] = u[d];
+                                const double* at = &values[place_of_number(rows.first, k)];
+                                for (std::size_t i = 0; i < 7; ++i)
+                                    for (std::size_t d = 0; d < 3; ++d)
+                                        column[3 * j + d] += rows.weight[d][i] * at[3 * i * lanes];
                             }
                         }
-                        for (std::uint32_t i = 0; i < part.rows; ++i)
-                            m.now.columns[at + i] = static_cast<float>(column[i]);
-                        if (exact)
-                            std::copy(column.begin(), column.end(),
-                                      m.now.exact.begin() + static_cast<std::ptrdiff_t>(at));
+                        std::ranges::transform(column, &m.now.columns[to + k * part.rows],
+                                               [](double x) { return static_cast<float>(x); });
+                        if (exact) std::ranges::copy(column, &m.now.exact[to + k * part.rows]);
                     }
                 }
+                std::ranges::fill(values, 0.0);
+            }
         }
     }
 

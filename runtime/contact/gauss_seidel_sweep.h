@@ -10,6 +10,7 @@
 namespace keratin {
 
 inline constexpr std::uint32_t kContactBatch = 8;
+inline constexpr std::size_t kBatchImpulses = 3 * kContactBatch;
 inline constexpr std::uint32_t kNoSide = 0xffffffffu;
 
 // Eight contacts; those beyond the last have no side and open for good. [8] lanes a number.
@@ -52,6 +53,14 @@ struct SweepKernels {
     // Moves the gap of each pressing contact of batches begin..end to where it is met already, by
     // at most `leeway` (m/s) in all calls together.
     void (*ease)(const SweepView& view, std::size_t begin, std::size_t end, double leeway);
+    // Sum of |r - before|^2 over batches begin..end; before: [batches] as ContactBatch::impulse.
+    double (*square)(const SweepView& view, std::size_t begin, std::size_t end,
+                     const double* before);
+    // Goes on along the way: value += along way, way = along way + what the sweep changed, before =
+    // value. Of the impulses of batches begin..end, and of `count` numbers (a multiple of 8).
+    void (*carry_impulses)(const SweepView& view, std::size_t begin, std::size_t end, double along,
+                           double* before, double* way);
+    void (*carry)(std::size_t count, double along, double* value, double* before, double* way);
 };
 
 const SweepKernels& sweep_kernels(InstructionSet wanted);

@@ -122,8 +122,44 @@ void ease(const SweepView& view, std::size_t begin, std::size_t end, double leew
 }
 
 template <class Pack>
+double square(const SweepView& view, std::size_t begin, std::size_t end, const double* before) {
+    alignas(64) double sum[kContactBatch] = {};
+    for (std::size_t b = begin; b < end; ++b)
+        for (std::size_t i = 0; i < kBatchImpulses; i += Pack::width) {
+            double* of_lane = sum + i % kContactBatch;
+            const Pack d = Pack::load(&view.batches[b].impulse[0][0] + i) -
+                           Pack::load(before + b * kBatchImpulses + i);
+            (Pack::load(of_lane) + d * d).store(of_lane);
+        }
+    double all = 0;
+    for (const double s : sum) all += s;
+    return all;
+}
+
+template <class Pack>
+void carry(std::size_t count, double along, double* value, double* before, double* way) {
+    const Pack share(along);
+    for (std::size_t i = 0; i < count; i += Pack::width) {
+        const Pack carried = share * Pack::load(way + i), now = Pack::load(value + i);
+        (carried + (now - Pack::load(before + i))).store(way + i);
+        const Pack next = now + carried;
+        next.store(value + i);
+        next.store(before + i);
+    }
+}
+
+template <class Pack>
+void carry_impulses(const SweepView& view, std::size_t begin, std::size_t end, double along,
+                    double* before, double* way) {
+    for (std::size_t b = begin; b < end; ++b)
+        carry<Pack>(kBatchImpulses, along, &view.batches[b].impulse[0][0],
+                    before + b * kBatchImpulses, way + b * kBatchImpulses);
+}
+
+template <class Pack>
 constexpr SweepKernels make_kernels() {
-    return {sweep<Pack>, residual<Pack>, ease<Pack>};
+    return {sweep<Pack>,  residual<Pack>,       ease<Pack>,
+            square<Pack>, carry_impulses<Pack>, carry<Pack>};
 }
 
 }  // namespace

@@ -444,10 +444,20 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
     m.totals.solve_seconds += now() - start;
 
     start = now();
-    std::fill(impulse.begin(), impulse.end(), 0.0);
-    for (std::size_t c = 0; c < n; ++c)
-        for (std::uint32_t side = 0; side < m.laws[c].sides; ++side)
-            add_impulse(m.laws[c].rows[side], &m.impulses[3 * c], impulse);
+    const std::size_t strands = problem.layout.first.size();
+#pragma omp parallel num_threads(m.solve_threads())
+    {
+#pragma omp for schedule(static)
+        for (std::size_t i = 0; i < impulse.size(); ++i) impulse[i] = 0;
+        // Each thread adds for strands of its own, so that every sum has its order.
+        const auto thread = static_cast<std::size_t>(omp_get_thread_num()),
+                   team = static_cast<std::size_t>(omp_get_num_threads());
+        const std::size_t first = strands * thread / team, last = strands * (thread + 1) / team;
+        for (std::size_t c = 0; c < n; ++c)
+            for (std::uint32_t side = 0; side < m.laws[c].sides; ++side)
+                if (const std::size_t s = m.places[2 * c + side].strand; first <= s && s < last)
+                    add_impulse(m.laws[c].rows[side], &m.impulses[3 * c], impulse);
+    }
     m.totals.bookkeeping_seconds += now() - start;
     return {n > 0 ? change / static_cast<double>(n) : 0, n, stalled, unfinished};
 }

@@ -29,7 +29,7 @@ struct ContactSettings {
     std::uint32_t most_sweeps = 200;  // gauss_seidel: sweeps of one pass
     // gauss_seidel: mean |f_FB| at which a pass leaves the impulses alone, and to which it sweeps
     // else.
-    double accepted_residual = 8e-7, sweep_residual = 1e-7;
+    double accepted_residual = 8e-7, sweep_residual = 4e-7;
     // gauss_seidel: share of the mean |f_FB| at its start that a pass sweeps down to at most. The
     // next pass, with the velocities that this one leads to, goes on from there; to come nearer with
     // contacts and velocities of now would be for nothing.

@@ -76,4 +76,45 @@ KERATIN_LANE_INLINE void solve_upper(std::size_t rows, const double* band, doubl
     }
 }
 
+// Both for three vectors at once, x [rows][3] in place: the band, most of what is read, is read
+// once.
+template <class Real>
+KERATIN_LANE_INLINE void solve_three(std::size_t rows, const double* band, double* x) {
+    constexpr std::size_t lanes = Real::width, wide = 3 * lanes;
+    for (std::size_t r = 0; r < rows; ++r) {
+        const double* row = band + r * kRodBandWidth * lanes;
+        double* y = x + r * wide;
+        Real a = Real::load(y), b = Real::load(y + lanes), c = Real::load(y + 2 * lanes);
+#pragma GCC unroll 10
+        for (std::size_t k = 0; k < kRodHalfBand; ++k) {
+            const Real l = Real::load(row + k * lanes);
+            const double* above = y - (kRodHalfBand - k) * wide;
+            a = sub_mul(a, l, Real::load(above));
+            b = sub_mul(b, l, Real::load(above + lanes));
+            c = sub_mul(c, l, Real::load(above + 2 * lanes));
+        }
+        a.store(y);
+        b.store(y + lanes);
+        c.store(y + 2 * lanes);
+    }
+    for (std::size_t r = rows; r-- > 0;) {
+        const double* row = band + r * kRodBandWidth * lanes;
+        double* y = x + r * wide;
+        const Real d = Real::load(row + kRodHalfBand * lanes);
+        Real a = Real::load(y) * d, b = Real::load(y + lanes) * d,
+             c = Real::load(y + 2 * lanes) * d;
+#pragma GCC unroll 10
+        for (std::size_t k = kRodHalfBand; k > 0; --k) {
+            const Real l = Real::load(row + (k * kRodBandWidth + kRodHalfBand - k) * lanes);
+            const double* below = y + k * wide;
+            a = sub_mul(a, l, Real::load(below));
+            b = sub_mul(b, l, Real::load(below + lanes));
+            c = sub_mul(c, l, Real::load(below + 2 * lanes));
+        }
+        a.store(y);
+        b.store(y + lanes);
+        c.store(y + 2 * lanes);
+    }
+}
+
 }  // namespace keratin

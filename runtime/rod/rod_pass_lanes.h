@@ -359,9 +359,7 @@ void solve(const RodBlock& block, const double* band, const double* gradient, do
 
 template <class Real>
 void apply_inverse(std::size_t rows, const double* band, double* x) {
-    constexpr std::size_t lanes = Real::width;
-    solve_lower<Real>(rows, band, x, [&](std::size_t r) { return Real::load(x + r * lanes); });
-    solve_upper<Real>(rows, band, x, [](std::size_t, const Real&) {});
+    solve_three<Real>(rows, band, x);
 }
 
 template <class Real>

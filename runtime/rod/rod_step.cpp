@@ -385,43 +385,22 @@ struct Solver {
         explicit Inverse(const Solver& solver) : s_(solver) {}
         std::uint64_t version(std::uint32_t b) const override { return s_.r.work[b]->version; }
         void apply_block(std::uint32_t b, std::span<double> values) const override {
-            const std::size_t rows = 4 * s_.blocks.rows(b);
-            double* x = scratch(rows);
-            std::copy(values.begin(), values.end(), x);
-            mask(b, x, rows);
-            s_.passes.apply_inverse(rows, s_.r.work[b]->band_rows(s_.lanes), x);
-            std::copy_n(x, values.size(), values.begin());
+            const std::size_t lanes = s_.lanes, rows = values.size() / (3 * lanes);
+            const std::uint8_t* free =
+                s_.blocks.free_lanes.data() + s_.blocks.block_first[b] / lanes;
+            const std::uint32_t used = s_.blocks.used_lanes(b);
+            for (std::size_t r = 0; r < rows; ++r) {
+                if ((free[r] & used) == used) continue;
+                for (std::size_t l = 0; l < lanes; ++l)
+                    for (std::size_t c = 0; c < 3 && !has(free[r], static_cast<std::uint32_t>(l));
+                         ++c)
+                        values[(3 * r + c) * lanes + l] = 0;
+            }
+            s_.passes.apply_inverse(rows, s_.r.work[b]->band_rows(s_.lanes), values.data());
         }
-        void apply(std::uint32_t strand, std::span<double> values) const override {
-            const std::uint32_t b = s_.blocks.block[strand];
-            const std::size_t rows = 4 * s_.blocks.rows(b), lane = s_.blocks.lane(strand);
-            double* x = scratch(rows);
-            std::fill_n(x, rows * s_.lanes, 0.0);
-            for (std::size_t k = 0; k < values.size(); ++k) x[k * s_.lanes + lane] = values[k];
-            mask(b, x, rows);
-            s_.passes.apply_inverse(rows, s_.r.work[b]->band_rows(s_.lanes), x);
-            for (std::size_t k = 0; k < values.size(); ++k) values[k] = x[k * s_.lanes + lane];
-        }
+        std::size_t margin() const override { return 3 * kRodPadRows * s_.lanes; }
 
       private:
-        // Rows with pad rows of zeros, of the calling thread; grown when a larger block comes.
-        double* scratch(std::size_t rows) const {
-            thread_local AlignedDoubles buffer;
-            const std::size_t need = (rows + 2 * kRodPadRows) * s_.lanes;
-            if (buffer.size() < need) buffer = AlignedDoubles(need);
-            std::fill_n(buffer.data(), kRodPadRows * s_.lanes, 0.0);
-            std::fill_n(buffer.data() + (kRodPadRows + rows) * s_.lanes, kRodPadRows * s_.lanes, 0.0);
-            return buffer.data() + kRodPadRows * s_.lanes;
-        }
-        void mask(std::uint32_t b, double* x, std::size_t rows) const {
-            const std::uint8_t* free = s_.blocks.free_lanes.data() + s_.blocks.block_first[b] / s_.lanes;
-            const std::uint32_t used = s_.blocks.used_lanes(b);
-            for (std::size_t i = 0; i < rows; ++i) {
-                if ((free[i] & used) == used) continue;
-                for (std::uint32_t l = 0; l < s_.lanes; ++l)
-                    if (!has(free[i], l)) x[i * s_.lanes + l] = 0;
-            }
-        }
         const Solver& s_;
     };
 
@@ -544,7 +523,7 @@ struct Solver {
             r.convergence.push_back({report.mean_change, pass.mean_change});
             const bool nearer = report.mean_change < kNear * r.settings.tolerance;
             quiet = quiet && nearer;
-            look = !quiet && k > looked;
+            look = !quiet && (k > looked || k == 0);
             ++report.contact_iterations;
             r.stats.dynamics += seconds() - start;
             if (failed != 0) return Outcome::open;

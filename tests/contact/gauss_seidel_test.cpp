@@ -55,19 +55,17 @@ class RandomRods final : public RodInverse {
     void apply_block(std::uint32_t b, std::span<double> values) const override {
         for (std::size_t s = 0; s < first.size(); ++s) {
             if (block[s] != b) continue;
-            const std::size_t n = 4 * vertex_count[s], at = first[s] - block_first[b];
-            std::vector<double> x(n);
-            for (std::size_t i = 0; i < n; ++i) x[i] = values[at + i * lanes];
-            apply(static_cast<std::uint32_t>(s), x);
-            for (std::size_t i = 0; i < n; ++i) values[at + i * lanes] = x[i];
+            for (std::size_t c = 0; c < 3; ++c)
+                apply(s, &values[first[s] - block_first[b] + c * lanes], 3 * lanes);
         }
     }
-    void apply(std::uint32_t s, std::span<double> values) const override {
+    // One strand, in place; its numbers stand `apart`.
+    void apply(std::size_t s, double* values, std::size_t apart) const {
         const std::size_t n = 4 * vertex_count[s];
         std::vector<double> y(n, 0.0);
         for (std::size_t i = 0; i < n; ++i)
-            for (std::size_t j = 0; j < n; ++j) y[i] += inverse[s][i * n + j] * values[j];
-        std::copy(y.begin(), y.end(), values.begin());
+            for (std::size_t j = 0; j < n; ++j) y[i] += inverse[s][i * n + j] * values[j * apart];
+        for (std::size_t i = 0; i < n; ++i) values[i * apart] = y[i];
     }
 };
 
@@ -122,10 +120,8 @@ struct Scene {
         for (std::size_t c = 0; c < laws.size(); ++c)
             for (std::uint32_t side = 0; side < laws[c].sides; ++side)
                 add_impulse(laws[c].rows[side], &impulses[3 * c], w);
-        for (std::uint32_t b = 0; b + 1 < layout.block_first.size(); ++b)
-            rods.apply_block(
-                b, std::span(w).subspan(layout.block_first[b],
-                                        layout.block_first[b + 1] - layout.block_first[b]));
+        for (std::size_t s = 0; s < layout.first.size(); ++s)
+            rods.apply(s, &w[layout.first[s]], layout.lanes);
         for (std::size_t i = 0; i < w.size(); ++i) w[i] += v[i];
         return w;
     }

@@ -31,10 +31,10 @@ TEST_CASE("the banded factors solve a positive definite system in every lane") {
         const RodPasses& passes = rod_passes(set);
         const std::size_t lanes = passes.lanes;
         Aligned band((rows + 2 * kRodPadRows) * kRodBandWidth * lanes);
-        Aligned x((rows + 2 * kRodPadRows) * lanes);
+        Aligned x((rows + 2 * kRodPadRows) * 3 * lanes);
         double* h = band.data + kRodPadRows * kRodBandWidth * lanes;
-        double* b = x.data + kRodPadRows * lanes;
-        std::vector<double> dense(rows * rows * lanes, 0.0), right(rows * lanes);
+        double* b = x.data + kRodPadRows * 3 * lanes;
+        std::vector<double> dense(rows * rows * lanes, 0.0), right(rows * 3 * lanes);
         for (std::size_t r = 0; r < rows; ++r)
             for (std::size_t k = 0; k <= kRodHalfBand && k <= r; ++k)
                 for (std::size_t l = 0; l < lanes; ++l) {
@@ -42,15 +42,15 @@ TEST_CASE("the banded factors solve a positive definite system in every lane") {
                     h[(r * kRodBandWidth + kRodHalfBand - k) * lanes + l] = v;
                     dense[(r * rows + r - k) * lanes + l] = dense[((r - k) * rows + r) * lanes + l] = v;
                 }
-        for (std::size_t k = 0; k < rows * lanes; ++k) b[k] = right[k] = in(random);
+        for (std::size_t k = 0; k < right.size(); ++k) b[k] = right[k] = in(random);
         CHECK(passes.factor(rows, h) == 0);
         passes.apply_inverse(rows, h, b);
         double worst = 0;
         for (std::size_t r = 0; r < rows; ++r)
-            for (std::size_t l = 0; l < lanes; ++l) {
-                double sum = -right[r * lanes + l];
+            for (std::size_t l = 0; l < 3 * lanes; ++l) {
+                double sum = -right[r * 3 * lanes + l];
                 for (std::size_t c = 0; c < rows; ++c)
-                    sum += dense[(r * rows + c) * lanes + l] * b[c * lanes + l];
+                    sum += dense[(r * rows + c) * lanes + l % lanes] * b[c * 3 * lanes + l];
                 worst = std::max(worst, std::abs(sum));
             }
         CHECK(worst < 1e-13);

@@ -95,10 +95,10 @@ class FallingOff final : public RodInverse {
     void apply_block(std::uint32_t, std::span<double> x) const override {
         // (1 - a S)^-1 (1 - a S^T)^-1 with S the shift by a vertex: two sweeps
         constexpr double kKept = 0.7;
-        for (std::size_t i = 4; i < x.size(); ++i) x[i] += kKept * x[i - 4];
-        for (std::size_t i = x.size() - 4; i-- > 0;) x[i] += kKept * x[i + 4];
+        constexpr std::size_t kVertex = 3 * 4;  // three vectors
+        for (std::size_t i = kVertex; i < x.size(); ++i) x[i] += kKept * x[i - kVertex];
+        for (std::size_t i = x.size() - kVertex; i-- > 0;) x[i] += kKept * x[i + kVertex];
     }
-    void apply(std::uint32_t s, std::span<double> x) const override { apply_block(s, x); }
 
     static constexpr std::uint32_t kStrands = 1000, kVertices = 40, kNumbers = 4 * kVertices;
 
