@@ -62,8 +62,10 @@ class RodInverse {
     // Three vectors for each strand of a block at once, in place: as fast as half of them one by
     // one. values: [3 * block length]; what stands at r * lanes + l of the block's part of the
     // arrays above is, of vector c, at (3 r + c) * lanes + l. Before and after the values stand
-    // margin() zeros.
-    virtual void apply_block(std::uint32_t block, std::span<double> values) const = 0;
+    // margin() zeros. The vectors are 0 before row `first`, and only from there on is the result
+    // asked for: what comes before stays 0.
+    virtual void apply_block(std::uint32_t block, std::size_t first,
+                             std::span<double> values) const = 0;
     virtual std::size_t margin() const { return 0; }
 };
 

@@ -88,6 +88,10 @@ struct GaussSeidel::Memory {
     // The columns of a strand that has the same contacts at the same places as when W was last
     // assembled; they hold as long as the version of its block does.
     void take_over(std::uint32_t strand);
+    template <class VectorAt>
+    void write_column(std::span<const ContactLaw> laws, const RodLayout& layout,
+                      std::uint32_t strand, std::uint32_t place, std::size_t k,
+                      VectorAt&& vector_at);
     // The strands' numbers at v, and what the impulses not yet in v will add.
     template <class Column>
     void write_state(std::span<const ContactLaw> laws, std::span<const double> v,

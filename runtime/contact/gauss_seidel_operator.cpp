@@ -82,20 +82,33 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
     m.now.rows.resize(42 * contacts);
     for (std::size_t c = 0; c < contacts; ++c)
         for (std::uint32_t side = 0; side < laws[c].sides; ++side) {
-            const std::size_t k = 2 * c + side;
+            const std::uint32_t k = static_cast<std::uint32_t>(2 * c + side);
             Memory::StrandPart& part = m.now.strands[places[k].strand];
-            const std::uint32_t place = part.side_count++;
-            m.now.side_order[part.first_side + place] = static_cast<std::uint32_t>(k);
+            m.now.side_order[part.first_side + part.side_count++] = k;
+        }
+        // Along each strand, see renew.
+#pragma omp parallel for num_threads(threads) schedule(static)
+    for (std::size_t i = 0; i < m.touched.size(); ++i) {
+        const Memory::StrandPart& part = m.now.strands[m.touched[i]];
+        const std::span order =
+            std::span(m.now.side_order).subspan(part.first_side, part.side_count);
+        std::ranges::sort(order, [&](std::uint32_t l, std::uint32_t r) {
+            return places[l].vertex != places[r].vertex ? places[l].vertex < places[r].vertex
+                                                        : l < r;
+        });
+        for (std::uint32_t place = 0; place < part.side_count; ++place) {
+            const std::size_t k = order[place];
             m.sides[k] = {part.columns + 3 * static_cast<std::size_t>(place) * part.rows,
                           part.state,
                           part.rows,
                           part.dense ? 4 * places[k].vertex : 3 * place,
                           part.dense ? 1u : 0u,
                           21 * k};
-            std::copy(&laws[c].rows[side].weight[0][0], &laws[c].rows[side].weight[0][0] + 21,
-                      &m.now.rows[21 * k]);
-            m.now.first[k] = laws[c].rows[side].first;
+            const SideRows& rows = laws[k / 2].rows[k % 2];
+            std::copy(&rows.weight[0][0], &rows.weight[0][0] + 21, &m.now.rows[21 * k]);
+            m.now.first[k] = rows.first;
         }
+    }
     m.stale.assign(strand_count, 1);
     if (m.before.strands.size() == strand_count && m.before.exact.empty() && !exact) {
 #pragma omp parallel for num_threads(threads) schedule(static)
@@ -253,6 +266,42 @@ void GaussSeidel::Memory::take_over(std::uint32_t strand) {
     stale[strand] = 0;
 }
 
+// Column k of a side, from the vector that its weights lead to: number n of the layout stands at
+// vector_at(n), the strand's numbers from there on 3 lanes apart.
+template <class VectorAt>
+void GaussSeidel::Memory::write_column(std::span<const ContactLaw> laws, const RodLayout& layout,
+                                       std::uint32_t strand, std::uint32_t place, std::size_t k,
+                                       VectorAt&& vector_at) {
+    const StrandPart& part = now.strands[strand];
+    const std::size_t apart = 3 * std::size_t{layout.lanes};
+    auto put = [&](std::size_t column, std::size_t row, double x) {
+        const std::size_t to = part.columns + column * part.rows + row;
+        now.columns[to] = static_cast<float>(x);
+        if (!now.exact.empty()) now.exact[to] = x;
+    };
+    const std::size_t own = 3 * static_cast<std::size_t>(place) + k;
+    const std::size_t used = part.dense ? 4 * std::size_t{layout.vertex_count[strand]}
+                                        : 3 * std::size_t{part.side_count};
+    for (std::size_t i = used; i < part.rows; ++i) put(own, i, 0);
+    if (part.dense) {
+        const double* at = vector_at(layout.first[strand]);
+        for (std::size_t i = 0; i < used; ++i) put(own, i, at[i * apart]);
+        return;
+    }
+    for (std::size_t j = place; j < part.side_count; ++j) {
+        const std::uint32_t other = now.side_order[part.first_side + j];
+        const SideRows& rows = laws[other / 2].rows[other % 2];
+        const double* at = vector_at(rows.first);
+        double velocity[3] = {0, 0, 0};
+        for (std::size_t i = 0; i < 7; ++i)
+            for (std::size_t d = 0; d < 3; ++d) velocity[d] += rows.weight[d][i] * at[i * apart];
+        for (std::size_t d = 0; d < 3; ++d) {
+            put(own, 3 * j + d, velocity[d]);
+            if (j > place) put(3 * j + d, own, velocity[d]);
+        }
+    }
+}
+
 void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> laws,
                         std::span<const SidePlace> places, const RodInverse& inverse, int threads,
                         bool exact) {
@@ -263,12 +312,10 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
         m.now.exact.resize(m.now.columns.size());
         for (const std::uint32_t s : m.touched) m.stale[s] = 1;
     }
-    exact = !m.now.exact.empty();
     // W, or its half, by one solve a column: a strand's next column beside those of its block.
 #pragma omp parallel num_threads(threads)
     {
         AlignedNumbers numbers;
-        std::vector<double> column;
         std::vector<std::uint32_t> members;  // whose columns are to be found
 #pragma omp for schedule(dynamic)
         for (std::size_t b = 0; b < blocks; ++b) {
@@ -286,54 +333,40 @@ void GaussSeidel::renew(const RodLayout& layout, std::span<const ContactLaw> law
                               length = 3 * (layout.block_first[b + 1] - begin);
             numbers.assign(length + 2 * inverse.margin(), 0.0);
             const std::span values = std::span(numbers).subspan(inverse.margin(), length);
-            // Where a number of vector k stands.
-            const auto place_of_number = [&](std::size_t number, std::size_t k) {
-                const std::size_t at = number - begin;
-                return 3 * (at - at % lanes) + at % lanes + k * lanes;
+            // Where a number of the layout stands in vector k.
+            const auto vector_at = [&](std::size_t number, std::size_t k) {
+                const std::size_t at = number - begin, lane = at % lanes;
+                return values.data() + 3 * (at - lane) + lane + k * lanes;
             };
             std::uint32_t most = 0;
             for (const std::uint32_t s : members)
                 most = std::max(most, m.now.strands[s].side_count);
             for (std::uint32_t place = 0; place < most; ++place) {
+                // The sides lie in order along the strand and W is symmetric: what a column gives
+                // to its own side and those after it is enough, and that needs its rows from there
+                // on only. Columns over the strand's numbers must be whole.
+                std::size_t from = length;
                 for (const std::uint32_t s : members) {
                     const Memory::StrandPart& part = m.now.strands[s];
                     if (place >= part.side_count) continue;
                     const std::uint32_t side = m.now.side_order[part.first_side + place];
                     const SideRows& rows = laws[side / 2].rows[side % 2];
+                    from =
+                        part.dense ? 0 : std::min<std::size_t>(from, (rows.first - begin) / lanes);
                     for (std::size_t k = 0; k < 3; ++k) {
-                        double* at = &values[place_of_number(rows.first, k)];
+                        double* at = vector_at(rows.first, k);
                         for (std::size_t i = 0; i < 7; ++i) at[3 * i * lanes] = rows.weight[k][i];
                     }
                 }
-                inverse.apply_block(static_cast<std::uint32_t>(b), values);
+                inverse.apply_block(static_cast<std::uint32_t>(b), from, values);
                 for (const std::uint32_t s : members) {
                     const Memory::StrandPart& part = m.now.strands[s];
                     if (place >= part.side_count) continue;
-                    const std::size_t to =
-                        part.columns + 3 * static_cast<std::size_t>(place) * part.rows;
-                    for (std::size_t k = 0; k < 3; ++k) {
-                        column.assign(part.rows, 0.0);
-                        if (part.dense) {
-                            const double* at = &values[place_of_number(layout.first[s], k)];
-                            for (std::size_t i = 0; i < 4 * std::size_t{layout.vertex_count[s]};
-                                 ++i)
-                                column[i] = at[3 * i * lanes];
-                        } else {
-                            for (std::uint32_t j = 0; j < part.side_count; ++j) {
-                                const std::uint32_t other = m.now.side_order[part.first_side + j];
-                                const SideRows& rows = laws[other / 2].rows[other % 2];
-                                const double* at = &values[place_of_number(rows.first, k)];
-                                for (std::size_t i = 0; i < 7; ++i)
-                                    for (std::size_t d = 0; d < 3; ++d)
-                                        column[3 * j + d] += rows.weight[d][i] * at[3 * i * lanes];
-                            }
-                        }
-                        std::ranges::transform(column, &m.now.columns[to + k * part.rows],
-                                               [](double x) { return static_cast<float>(x); });
-                        if (exact) std::ranges::copy(column, &m.now.exact[to + k * part.rows]);
-                    }
+                    for (std::size_t k = 0; k < 3; ++k)
+                        m.write_column(laws, layout, s, place, k,
+                                       [&](std::size_t number) { return vector_at(number, k); });
                 }
-                std::ranges::fill(values, 0.0);
+                std::ranges::fill(values.subspan(3 * from * lanes), 0.0);
             }
         }
     }

@@ -77,11 +77,12 @@ KERATIN_LANE_INLINE void solve_upper(std::size_t rows, const double* band, doubl
 }
 
 // Both for three vectors at once, x [rows][3] in place: the band, most of what is read, is read
-// once.
+// once. x is 0 before row `first`, and only its rows from there on are solved for.
 template <class Real>
-KERATIN_LANE_INLINE void solve_three(std::size_t rows, const double* band, double* x) {
+KERATIN_LANE_INLINE void solve_three(std::size_t first, std::size_t rows, const double* band,
+                                     double* x) {
     constexpr std::size_t lanes = Real::width, wide = 3 * lanes;
-    for (std::size_t r = 0; r < rows; ++r) {
+    for (std::size_t r = first; r < rows; ++r) {
         const double* row = band + r * kRodBandWidth * lanes;
         double* y = x + r * wide;
         Real a = Real::load(y), b = Real::load(y + lanes), c = Real::load(y + 2 * lanes);
@@ -97,7 +98,7 @@ KERATIN_LANE_INLINE void solve_three(std::size_t rows, const double* band, doubl
         b.store(y + lanes);
         c.store(y + 2 * lanes);
     }
-    for (std::size_t r = rows; r-- > 0;) {
+    for (std::size_t r = rows; r-- > first;) {
         const double* row = band + r * kRodBandWidth * lanes;
         double* y = x + r * wide;
         const Real d = Real::load(row + kRodHalfBand * lanes);

@@ -68,9 +68,9 @@ struct RodPasses {
     // gradient . d: [1]. d has pad rows of zeros around it.
     void (*solve)(const RodBlock& block, const double* band, const double* gradient, double* d,
                   double* norm_square, double* slope);
-    // x = (L D L^T)^-1 x, in place, for three vectors side by side in each row: [rows][3], with pad
-    // rows.
-    void (*apply_inverse)(std::size_t rows, const double* band, double* x);
+    // The rows from `first` on of x = (L D L^T)^-1 x, in place, for three vectors side by side in
+    // each row: [rows][3], with pad rows, 0 before `first`.
+    void (*apply_inverse)(std::size_t first, std::size_t rows, const double* band, double* x);
     // to = from in the given lanes, [count].
     void (*keep)(std::size_t count, std::uint32_t lanes_kept, const double* from, double* to);
 };

@@ -358,8 +358,8 @@ void solve(const RodBlock& block, const double* band, const double* gradient, do
 }
 
 template <class Real>
-void apply_inverse(std::size_t rows, const double* band, double* x) {
-    solve_three<Real>(rows, band, x);
+void apply_inverse(std::size_t first, std::size_t rows, const double* band, double* x) {
+    solve_three<Real>(first, rows, band, x);
 }
 
 template <class Real>

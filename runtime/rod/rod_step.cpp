@@ -384,19 +384,20 @@ struct Solver {
       public:
         explicit Inverse(const Solver& solver) : s_(solver) {}
         std::uint64_t version(std::uint32_t b) const override { return s_.r.work[b]->version; }
-        void apply_block(std::uint32_t b, std::span<double> values) const override {
+        void apply_block(std::uint32_t b, std::size_t first,
+                         std::span<double> values) const override {
             const std::size_t lanes = s_.lanes, rows = values.size() / (3 * lanes);
             const std::uint8_t* free =
                 s_.blocks.free_lanes.data() + s_.blocks.block_first[b] / lanes;
             const std::uint32_t used = s_.blocks.used_lanes(b);
-            for (std::size_t r = 0; r < rows; ++r) {
+            for (std::size_t r = first; r < rows; ++r) {
                 if ((free[r] & used) == used) continue;
                 for (std::size_t l = 0; l < lanes; ++l)
                     for (std::size_t c = 0; c < 3 && !has(free[r], static_cast<std::uint32_t>(l));
                          ++c)
                         values[(3 * r + c) * lanes + l] = 0;
             }
-            s_.passes.apply_inverse(rows, s_.r.work[b]->band_rows(s_.lanes), values.data());
+            s_.passes.apply_inverse(first, rows, s_.r.work[b]->band_rows(s_.lanes), values.data());
         }
         std::size_t margin() const override { return 3 * kRodPadRows * s_.lanes; }
 

@@ -52,12 +52,17 @@ class RandomRods final : public RodInverse {
     RodLayout layout() const { return {first, vertex_count, block, block_first, lanes}; }
 
     std::uint64_t version(std::uint32_t) const override { return 1; }
-    void apply_block(std::uint32_t b, std::span<double> values) const override {
+    void apply_block(std::uint32_t b, std::size_t before, std::span<double> values) const override {
+        CHECK(
+            std::ranges::all_of(values.first(3 * before * lanes), [](double x) { return x == 0; }));
         for (std::size_t s = 0; s < first.size(); ++s) {
             if (block[s] != b) continue;
             for (std::size_t c = 0; c < 3; ++c)
-                apply(s, &values[first[s] - block_first[b] + c * lanes], 3 * lanes);
+                apply(s,
+                      &values[3 * (first[s] - block_first[b] - s % lanes) + s % lanes + c * lanes],
+                      3 * lanes);
         }
+        std::ranges::fill(values.first(3 * before * lanes), 0.0);
     }
     // One strand, in place; its numbers stand `apart`.
     void apply(std::size_t s, double* values, std::size_t apart) const {

@@ -44,7 +44,7 @@ TEST_CASE("the banded factors solve a positive definite system in every lane") {
                 }
         for (std::size_t k = 0; k < right.size(); ++k) b[k] = right[k] = in(random);
         CHECK(passes.factor(rows, h) == 0);
-        passes.apply_inverse(rows, h, b);
+        passes.apply_inverse(0, rows, h, b);
         double worst = 0;
         for (std::size_t r = 0; r < rows; ++r)
             for (std::size_t l = 0; l < 3 * lanes; ++l) {

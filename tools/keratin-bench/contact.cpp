@@ -92,12 +92,12 @@ class FallingOff final : public RodInverse {
     }
     RodLayout layout() const { return {first_, count_, block_, block_first_, 1}; }
     std::uint64_t version(std::uint32_t) const override { return 1; }
-    void apply_block(std::uint32_t, std::span<double> x) const override {
+    void apply_block(std::uint32_t, std::size_t first, std::span<double> x) const override {
         // (1 - a S)^-1 (1 - a S^T)^-1 with S the shift by a vertex: two sweeps
         constexpr double kKept = 0.7;
         constexpr std::size_t kVertex = 3 * 4;  // three vectors
         for (std::size_t i = kVertex; i < x.size(); ++i) x[i] += kKept * x[i - kVertex];
-        for (std::size_t i = x.size() - kVertex; i-- > 0;) x[i] += kKept * x[i + kVertex];
+        for (std::size_t i = x.size() - kVertex; i-- > 3 * first;) x[i] += kKept * x[i + kVertex];
     }
 
     static constexpr std::uint32_t kStrands = 1000, kVertices = 40, kNumbers = 4 * kVertices;
