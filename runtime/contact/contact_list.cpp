@@ -14,6 +14,10 @@ MovingSegment part_of(const MovingSegment& m, double low, double high) {
             mix(m.move_a, m.move_b, high)};
 }
 
+bool is_round(const MovingShape& collider) {
+    return collider.shape.kind == ShapeKind::sphere || collider.shape.kind == ShapeKind::capsule;
+}
+
 // Whether one of the contacts, ascending by key, is the same place of the edge.
 bool is_listed_near(const Contact& c, std::span<const Contact> contacts) {
     auto k = std::lower_bound(contacts.begin(), contacts.end(), c.key.pair,
@@ -98,12 +102,12 @@ United unite_contacts(const ContactStrands& strands, std::vector<Contact>& conta
     return went;
 }
 
-Refreshed refresh_contacts(const ContactStrands& strands, std::span<const MovingShape> colliders,
-                           const DetectionSettings& settings, std::span<Contact> contacts) {
+std::size_t refresh_contacts(const ContactStrands& strands, std::span<const MovingShape> colliders,
+                             const DetectionSettings& settings, std::span<Contact> contacts) {
     constexpr std::uint32_t kMostRenewals = 3;  // of a contact in a step
-    std::size_t changed = 0, overlapping = 0;
+    std::size_t changed = 0;
     const int threads = std::max(1, settings.threads);
-#pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : changed, overlapping)
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : changed)
     for (std::size_t i = 0; i < contacts.size(); ++i) {
         Contact& c = contacts[i];
         c.shortfall = 0;
@@ -114,9 +118,7 @@ Refreshed refresh_contacts(const ContactStrands& strands, std::span<const Moving
         if (c.against_collider) {
             const MovingShape& collider = colliders[c.edge[1]];
             // Flat sides stay exact: their normal is that of the end of the step already.
-            if (collider.shape.kind != ShapeKind::sphere &&
-                collider.shape.kind != ShapeKind::capsule)
-                continue;
+            if (!is_round(collider)) continue;
             q = world_axis(collider);
             surface = collider.shape.radius;
             delta += surface;
@@ -156,11 +158,11 @@ Refreshed refresh_contacts(const ContactStrands& strands, std::span<const Moving
         if (along < 0) n = -n;
         double reached = along < 0 ? -d : d;
         if (reached >= target - settings.end_tolerance * c.distance) continue;
-        const double least = std::min(delta, start_distance) - kOverlaps * c.distance;
         bool renew = c.renewals < kMostRenewals;
         if (renew && !apart_at_start(p, q, s, t, n, std::min(delta, start_distance))) {
             Meeting at;
-            renew = meet_deeper(part_of(p, low, high), part_of(q, 0, until), least, at);
+            renew = meet_deeper(part_of(p, low, high), part_of(q, 0, until),
+                                std::min(delta, start_distance) - kOverlaps * c.distance, at);
             if (renew) {
                 s = low + (high - low) * at.s;
                 t = until * at.t;
@@ -169,11 +171,7 @@ Refreshed refresh_contacts(const ContactStrands& strands, std::span<const Moving
                 renew = reached < target - settings.end_tolerance * c.distance;
             }
         }
-        if (!renew) {
-            // Those that begin the step nearer are on their way out.
-            overlapping += c.against_collider && reached < least;
-            continue;
-        }
+        if (!renew) continue;
         c.parameter[0] = s;
         c.parameter[1] = t;
         c.normal = n;
@@ -187,7 +185,31 @@ Refreshed refresh_contacts(const ContactStrands& strands, std::span<const Moving
         ++c.renewals;
         ++changed;
     }
-    return {changed, overlapping};
+    return changed;
+}
+
+std::size_t overlapping_round_solids(const ContactStrands& strands,
+                                     std::span<const MovingShape> colliders,
+                                     const DetectionSettings& settings,
+                                     std::span<const Contact> contacts) {
+    std::size_t count = 0;
+#pragma omp parallel for num_threads(std::max(1, settings.threads)) schedule(static) \
+    reduction(+ : count)
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+        const Contact& c = contacts[i];
+        if (!c.against_collider || !is_round(colliders[c.edge[1]])) continue;
+        const MovingSegment p = world_edge(strands, c.edge[0]),
+                            q = world_axis(colliders[c.edge[1]]);
+        const double surface = colliders[c.edge[1]].shape.radius;
+        const double start = std::sqrt(closest_segments(p.a, p.b, q.a, q.b).squared_distance);
+        if (start < surface) continue;  // on its way out, as above
+        const MovingSegment p1 = at_time(p, 1), q1 = at_time(q, 1);
+        const SegmentPair<double> end = closest_segments(p1.a, p1.b, q1.a, q1.b);
+        count += std::sqrt(end.squared_distance) <
+                     std::min(surface + c.distance, start) - 2 * kOverlaps * c.distance &&
+                 can_move(strands, c.edge[0], end.s);
+    }
+    return count;
 }
 
 }  // namespace keratin

@@ -29,14 +29,17 @@ United unite_contacts(const ContactStrands& strands, std::vector<Contact>& conta
 // end_tolerance, normal and points are taken anew from x_t1; the impulse stays. **Beyond** METHODS
 // 2.8: without it 1 mm of sliding at 10 rad/s leaves 10 % of delta as overlap. A contact is taken
 // anew a few times a step: strands that turn past each other by many radii would turn their contact
-// for ever.
-struct Refreshed {
-    std::size_t changed = 0;
-    // With colliders, left as they are, nearer than delta and than at the start by more than
-    // kOverlaps of delta. (Between strands see Detection::overlapping.)
-    std::size_t overlapping = 0;
-};
-Refreshed refresh_contacts(const ContactStrands& strands, std::span<const MovingShape> colliders,
-                           const DetectionSettings& settings, std::span<Contact> contacts);
+// for ever. Returns how many were.
+std::size_t refresh_contacts(const ContactStrands& strands, std::span<const MovingShape> colliders,
+                             const DetectionSettings& settings, std::span<Contact> contacts);
+
+// Contacts with spheres and capsules whose edge, anywhere, ends the step nearer than delta and than
+// it begins it by more than kOverlaps of the strand's thickness, 2 delta: it may lean on another
+// place than its contact's.
+// (Flat sides have a contact a vertex; between strands see Detection::overlapping.)
+std::size_t overlapping_round_solids(const ContactStrands& strands,
+                                     std::span<const MovingShape> colliders,
+                                     const DetectionSettings& settings,
+                                     std::span<const Contact> contacts);
 
 }  // namespace keratin

@@ -46,8 +46,12 @@ struct GaussSeidel::Memory {
         bool dense;
         std::size_t columns, state;
     };
+    // The contacts between two groups of strands, or within one. Those of a phase share no strand
+    // and may be swept beside each other.
     struct Bucket {
-        std::uint32_t phase, first_group, second_group, first_batch, last_batch;
+        std::uint32_t phase, first_group, second_group;
+        std::uint32_t first_contact, last_contact;  // in `order`
+        std::uint32_t first_batch, last_batch;
     };
 
     // W strand by strand.
@@ -74,7 +78,7 @@ struct GaussSeidel::Memory {
     std::vector<double> bucket_sum, bucket_square;
     std::size_t group_state[kGroups + 1];  // where the numbers of each group's strands begin
     std::vector<std::uint32_t> owner;      // [buckets] thread of the running solve
-    std::vector<std::uint32_t> count, last_batch, bucket_of, order;
+    std::vector<std::uint32_t> count, bucket_of, order;
     std::vector<std::uint32_t> block_strands, block_start;
     std::vector<std::uint64_t> block_version;  // of the inverse that the block's columns come from
 
@@ -82,6 +86,13 @@ struct GaussSeidel::Memory {
     std::vector<std::uint32_t> together;  // contacts that are solved together
     std::vector<double> w, u, r, friction;
 
+    std::uint32_t group_of(std::uint32_t strand) const {
+        return static_cast<std::uint32_t>(static_cast<std::uint64_t>(strand) * kGroups /
+                                          now.strands.size());
+    }
+    // Orders the contacts into buckets and batches. impulses: as assemble.
+    void fill_batches(std::span<const ContactLaw> laws, std::span<const SidePlace> places,
+                      std::span<const double> impulses, int threads);
     // Gives each bucket a thread of a team. A thread has neighbouring groups, with their strands'
     // numbers, so that these seldom go from core to core.
     void share_out(std::uint32_t team);

@@ -15,13 +15,6 @@ std::uint32_t rounded_up(std::size_t n) {
     return static_cast<std::uint32_t>((n + kAlign - 1) / kAlign * kAlign);
 }
 
-// In which round of a tournament two different groups meet: pairs of one round are disjoint.
-std::uint32_t round_of(std::uint32_t a, std::uint32_t b) {
-    constexpr std::uint32_t m = kGroups - 1;
-    if (a > b) std::swap(a, b);
-    return 1 + (b == m ? 2 * a % m : (a + b) % m);
-}
-
 }  // namespace
 
 GaussSeidel::GaussSeidel() : memory_(std::make_unique<Memory>()) {}
@@ -50,14 +43,11 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
         for (std::uint32_t side = 0; side < laws[c].sides; ++side)
             ++m.now.strands[places[2 * c + side].strand].side_count;
     m.touched.clear();
-    auto group = [&](std::uint32_t s) {
-        return static_cast<std::uint32_t>(static_cast<std::uint64_t>(s) * kGroups / strand_count);
-    };
     std::uint32_t total = 0, groups = 0;
     std::size_t column_numbers = 0, state_numbers = 0;
     for (std::uint32_t s = 0; s < strand_count; ++s) {
         Memory::StrandPart& part = m.now.strands[s];
-        while (groups <= group(s)) m.group_state[groups++] = state_numbers;
+        while (groups <= m.group_of(s)) m.group_state[groups++] = state_numbers;
         part.first_side = total;
         if (part.side_count == 0) continue;
         total += part.side_count;
@@ -126,77 +116,7 @@ void GaussSeidel::assemble(const RodLayout& layout, std::span<const ContactLaw> 
     for (std::size_t b = 0; b < blocks; ++b) m.block_start[b] = m.block_start[b + 1];
     if (blocks > 0) m.block_start[blocks] = static_cast<std::uint32_t>(m.touched.size());
 
-    // Batches: by phase, within a phase by pair of groups, each bucket filled greedily in the order
-    // of the contacts so that no strand is twice in a batch.
-    // Within a bucket those that slide come together, whose solve is the longest, then those that
-    // stick, then the open ones.
-    constexpr std::uint32_t kKinds = 3;
-    auto kind = [&](std::size_t c) {
-        if (impulses.empty()) return 0u;
-        const double* r = impulses.data() + 3 * c;
-        const double most = laws[c].friction * r[0];
-        constexpr double kSlides = 1 - 1e-6;
-        if (!(r[0] > 0)) return 2u;
-        return r[1] * r[1] + r[2] * r[2] < kSlides * most * most ? 1u : 0u;
-    };
-    constexpr std::uint32_t kBuckets = kGroups * kGroups * kGroups * kKinds;
-    m.bucket_of.resize(contacts);
-    m.count.assign(kBuckets + 1, 0);
-    for (std::size_t c = 0; c < contacts; ++c) {
-        const std::uint32_t a = group(places[2 * c].strand),
-                            b = laws[c].sides > 1 ? group(places[2 * c + 1].strand) : a;
-        const std::uint32_t phase = a == b ? 0 : round_of(a, b);
-        m.bucket_of[c] =
-            ((phase * kGroups + std::min(a, b)) * kGroups + std::max(a, b)) * kKinds + kind(c);
-        ++m.count[m.bucket_of[c] + 1];
-    }
-    for (std::uint32_t i = 0; i < kBuckets; ++i) m.count[i + 1] += m.count[i];
-    m.order.resize(contacts);
-    for (std::size_t c = 0; c < contacts; ++c)
-        m.order[m.count[m.bucket_of[c]]++] = static_cast<std::uint32_t>(c);
-    m.batches.clear();
-    m.buckets.clear();
-    m.batch_of.resize(contacts);
-    m.last_batch.assign(strand_count, 0);  // 1 + last batch that holds the strand
-    for (std::size_t i = 0; i < contacts;) {
-        const std::uint32_t bucket = m.bucket_of[m.order[i]] / kKinds;
-        const std::uint32_t first = static_cast<std::uint32_t>(m.batches.size());
-        std::uint32_t open = first;  // batches before it are full
-        for (; i < contacts && m.bucket_of[m.order[i]] / kKinds == bucket; ++i) {
-            const std::uint32_t c = m.order[i];
-            std::uint32_t at = open;
-            for (std::uint32_t side = 0; side < laws[c].sides; ++side)
-                at = std::max(at, m.last_batch[places[2 * c + side].strand]);
-            while (at < m.batches.size() && m.batches[at].side[0][kContactBatch - 1] != kNoSide)
-                ++at;
-            if (at == m.batches.size()) {
-                m.batches.emplace_back();
-                ContactBatch& batch = m.batches.back();
-                for (std::uint32_t l = 0; l < kContactBatch; ++l) {
-                    for (int k = 0; k < 6; ++k) batch.w[k][l] = k == 0 || k == 3 || k == 5 ? 1 : 0;
-                    for (int k = 0; k < 3; ++k)
-                        batch.constant[k][l] = k == 0 ? 1 : 0, batch.impulse[k][l] = 0;
-                    batch.friction[l] = batch.eased[l] = 0;
-                    batch.side[0][l] = batch.side[1][l] = kNoSide;
-                }
-            }
-            ContactBatch& batch = m.batches[at];
-            std::uint32_t lane = 0;
-            while (batch.side[0][lane] != kNoSide) ++lane;
-            m.batch_of[c] = at * kContactBatch + lane;
-            while (open < m.batches.size() && m.batches[open].side[0][kContactBatch - 1] != kNoSide)
-                ++open;
-            for (std::uint32_t side = 0; side < laws[c].sides; ++side) {
-                batch.side[side][lane] = 2 * c + side;
-                m.last_batch[places[2 * c + side].strand] = at + 1;
-            }
-        }
-        m.buckets.push_back({bucket / (kGroups * kGroups), bucket / kGroups % kGroups,
-                             bucket % kGroups, first,
-                             static_cast<std::uint32_t>(m.batches.size())});
-    }
-    m.bucket_sum.resize(m.buckets.size());
-    m.bucket_square.resize(m.buckets.size());
+    m.fill_batches(laws, places, impulses, threads);
     if (m.block_version.size() != blocks)
         m.block_version.assign(blocks, std::numeric_limits<std::uint64_t>::max());
     renew(layout, laws, places, inverse, threads, exact);
@@ -223,31 +143,6 @@ void GaussSeidel::Memory::add_coupling(std::span<const ContactLaw> laws,
                 }
             }
         }
-}
-
-void GaussSeidel::Memory::share_out(std::uint32_t team) {
-    auto owner_of = [&](std::uint32_t group) { return group * team / kGroups; };
-    owner.resize(buckets.size());
-    std::vector<std::uint32_t> load(team);
-    for (std::size_t first = 0; first < buckets.size();) {
-        std::size_t last = first;
-        while (last < buckets.size() && buckets[last].phase == buckets[first].phase) ++last;
-        std::ranges::fill(load, 0);
-        auto give = [&](std::size_t b, std::uint32_t thread) {
-            owner[b] = thread;
-            load[thread] += buckets[b].last_batch - buckets[b].first_batch;
-        };
-        // Those between the groups of two threads go where there is less to do.
-        for (std::size_t b = first; b < last; ++b)
-            if (owner_of(buckets[b].first_group) == owner_of(buckets[b].second_group))
-                give(b, owner_of(buckets[b].first_group));
-        for (std::size_t b = first; b < last; ++b) {
-            const std::uint32_t one = owner_of(buckets[b].first_group),
-                                other = owner_of(buckets[b].second_group);
-            if (one != other) give(b, load[other] < load[one] ? other : one);
-        }
-        first = last;
-    }
 }
 
 void GaussSeidel::Memory::take_over(std::uint32_t strand) {

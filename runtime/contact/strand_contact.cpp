@@ -15,6 +15,7 @@
 namespace keratin {
 namespace {
 
+constexpr double kStillComing = 5e-3;      // of the contacts
 constexpr std::uint32_t kMostRounds = 20;  // over all strands, of contacts solved together
 
 // What a saved state begins with, and a contact in it.
@@ -352,21 +353,24 @@ std::size_t StrandContact::detect(const ContactProblem& problem, std::span<const
     m.totals.detection_seconds += now() - start;
 
     start = now();
-    const Refreshed refreshed = refresh_contacts(strands, m.shapes, settings, m.contacts);
-    m.report.overlapping = refreshed.overlapping;
+    const std::size_t refreshed = refresh_contacts(strands, m.shapes, settings, m.contacts);
     std::size_t added = merge_contacts(found, m.contacts);
     if (added > 0) m.start_from_before();
-    const United united = unite_contacts(strands, m.contacts);
+    const United united = added + refreshed > 0 ? unite_contacts(strands, m.contacts) : United();
     added -= united.fresh;
-    if (added + refreshed.changed + united.all > 0) m.write_laws(problem);
-    if (refreshed.changed > 0) m.correct_gaps(problem, v);
+    // While contacts still come in number, where the others are now says little.
+    if (static_cast<double>(added) > kStillComing * static_cast<double>(m.contacts.size()))
+        for (Contact& c : m.contacts) c.renewals = 0;
+    if (added + refreshed + united.all > 0) m.write_laws(problem);
+    if (refreshed > 0) m.correct_gaps(problem, v);
     m.totals.bookkeeping_seconds += now() - start;
-    if (added + refreshed.changed == 0) {
+    if (added + refreshed == 0) {
         start = now();
-        m.report.overlapping += m.detection.overlapping(strands, settings);
+        m.report.overlapping = m.detection.overlapping(strands, settings) +
+                               overlapping_round_solids(strands, m.shapes, settings, m.contacts);
         m.totals.detection_seconds += now() - start;
     }
-    return added + refreshed.changed;
+    return added + refreshed;
 }
 
 bool StrandContact::overlaps() const { return memory_->report.overlapping > 0; }
@@ -408,6 +412,9 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
         settings.instruction_set = m.settings.instruction_set;
         m.eased.resize(n);
         double least_distance = std::numeric_limits<double>::infinity();
+#pragma omp parallel for num_threads(m.solve_threads()) schedule(static) \
+    reduction(min                                                        \
+              : least_distance)
         for (std::size_t c = 0; c < n; ++c) {
             m.eased[c] = m.contacts[c].eased / problem.step;
             least_distance = std::min(least_distance, m.contacts[c].distance);
@@ -415,6 +422,7 @@ ContactPass StrandContact::pass(const ContactProblem& problem, std::span<const d
         settings.leeway = m.settings.gap_leeway * least_distance / problem.step;
         GaussSeidelReport report =
             m.gauss_seidel.solve(m.laws, v, m.applied, settings, m.impulses, m.eased);
+#pragma omp parallel for num_threads(m.solve_threads()) schedule(static)
         for (std::size_t c = 0; c < n; ++c) {
             const double moved = m.eased[c] - m.contacts[c].eased / problem.step;
             m.laws[c].constant[0] += moved;

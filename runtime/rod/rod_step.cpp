@@ -524,7 +524,7 @@ struct Solver {
             r.convergence.push_back({report.mean_change, pass.mean_change});
             const bool nearer = report.mean_change < kNear * r.settings.tolerance;
             quiet = quiet && nearer;
-            look = !quiet && (k > looked || k == 0);
+            look = !quiet && k > looked;
             ++report.contact_iterations;
             r.stats.dynamics += seconds() - start;
             if (failed != 0) return Outcome::open;
@@ -546,7 +546,10 @@ struct Solver {
         const Outcome outcome = iterate_scene(p, report);
         std::uint32_t failed = 0;
         for (std::ptrdiff_t b = 0; b < count; ++b) failed |= r.work[b]->failed;
-        const std::uint32_t limit = failed != 0 ? r.settings.halvings : r.settings.contact_halvings;
+        const RodSettings& settings = r.settings;
+        const std::uint32_t limit = failed != 0                       ? settings.halvings
+                                    : outcome == Outcome::overlapping ? settings.overlap_halvings
+                                                                      : settings.contact_halvings;
         if (outcome != Outcome::converged && depth < std::min(limit, r.settings.halvings)) {
             if (depth == 0) report.halved = static_cast<std::uint32_t>(blocks.first.size());
             const double middle = (part.s0 + part.s1) / 2;

@@ -84,9 +84,9 @@ struct RodSettings {
     std::uint32_t iterations = 50;  // >= 1, of one step, before it is repeated in halves
     double tolerance = 1e-8;        // m/s: mean change of the velocity in an iteration
     std::uint32_t halvings = 6;     // how often a step that does not converge may be halved
-    // The same where the contacts do not converge, or strands turn past each other so far in the
-    // step that they end it overlapping by more than 1 %.
-    std::uint32_t contact_halvings = 3;
+    // The same where the contacts do not converge, and where strands turn past each other so far in
+    // the step that they end it overlapping by more than 1 %.
+    std::uint32_t contact_halvings = 3, overlap_halvings = 5;
     int threads = 0;                // 0: as many as OpenMP would take
     InstructionSet instruction_set = InstructionSet::automatic;
 };

@@ -127,7 +127,7 @@ RodSettings to_settings(const Scene& scene, const RunOptions& options) {
     if (in.iterations) out.iterations = static_cast<std::uint32_t>(*in.iterations);
     out.tolerance = in.tolerance.value_or(out.tolerance);
     // Most steps of the local pass end at the cap, and most halves of them too.
-    if (in.contact == "impulse") out.contact_halvings = 1;
+    if (in.contact == "impulse") out.contact_halvings = out.overlap_halvings = 1;
     out.threads = options.threads;
     return out;
 }

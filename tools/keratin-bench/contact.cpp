@@ -255,7 +255,7 @@ void compare_methods(Report& report, const scenes::ContactScene& scene, const Ru
         s.contact.method = way.method;
         if (way.sweeps > 0) s.contact.most_sweeps = way.sweeps;
         s.rod.iterations = way.iterations;
-        s.rod.contact_halvings = 0;
+        s.rod.contact_halvings = s.rod.overlap_halvings = 0;
         s.rod.threads = s.contact.threads = 1;
         Run run(s);
         run.go_to(from);
@@ -298,7 +298,7 @@ void hairball_section(Report& report) {
     const scenes::ContactScene scene = scenes::hairball(options);
     // The landing on the way there may be coarse: it is long past by then.
     scenes::ContactScene way = scene;
-    way.rod.contact_halvings = 1;
+    way.rod.contact_halvings = way.rod.overlap_halvings = 1;
     Run from(way);
     while (static_cast<double>(from.steps) * scene.step < kTurning - 1e-9) (void)from.step();
     for (const int threads : {1, 2}) {

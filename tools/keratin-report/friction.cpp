@@ -199,7 +199,7 @@ std::vector<Check> run_capstan(const Json& test) {
     for (const auto& [joints, tolerance] : resolutions(test.at("tolerance"))) {
         const Rope rope = rope_around(material, cylinder + r, wrap, tail, joints);
         RodSettings settings = settings_of(setup);
-        settings.contact_halvings = 0;
+        settings.contact_halvings = settings.overlap_halvings = 0;
         const RigidShape solid{ShapeKind::capsule, {0, 0, -1}, {0, 0, 1}, cylinder, nullptr};
         Rubbing scene(rope.strand, settings, solid, setup.at("mu").get<double>(), 0);
         const std::size_t last = scene.rods.vertex_count(0) - 1;
