@@ -318,6 +318,27 @@ TEST_CASE("edges along each other have a contact in each part that is too near, 
     }
 }
 
+TEST_CASE("an edge that leans on a sphere beside its contact is said to overlap") {
+    // It lies on the sphere with its middle; the step turns it so that it ends too deep elsewhere.
+    const std::vector<MovingShape> sphere =
+        one({{ShapeKind::sphere, {0, -0.05, 0}, {0, 0, 0}, 0.05, nullptr}, {}, {}});
+    Chains c;
+    c.add({{-5e-3, r, 0}, {5e-3, r, 0}}, {0, 0, 0}, r);
+    Detection detection;
+    DetectionSettings settings;
+    std::vector<Contact> list;
+    REQUIRE(merge_contacts(detection.find(c.view(), sphere, settings), list) == 1);
+    CHECK(overlapping_round_solids(c.view(), sphere, settings, list) == 0);
+    c.x_t1[0] -= Vector3(0, 1e-4, 0);
+    c.x_t1[1] += Vector3(0, 1e-4, 0);
+    const double middle = c.x_t1[0].y + c.x_t1[1].y;
+    CHECK(middle == Approx(2 * r));  // the contact itself holds
+    CHECK(overlapping_round_solids(c.view(), sphere, settings, list) == 1);
+    // What began the step as near is on its way out.
+    c.x_t0 = c.x_t1;
+    CHECK(overlapping_round_solids(c.view(), sphere, settings, list) == 0);
+}
+
 TEST_CASE("edges along each other that turn about their contact meet again before they pass") {
     // The second edge lies on the first with its start and is turned down through it: the end of
     // the step, with middles 6e-6 m apart, does not tell from which side they came.
