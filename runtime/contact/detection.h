@@ -25,7 +25,7 @@ struct DetectionSettings {
 // Contacts found by one call, and what it cost.
 struct DetectionCounts {
     std::size_t candidates = 0;  // pairs of boxes
-    std::size_t tested = 0;      // of them, not excluded by their distance at the start
+    std::size_t tested = 0;      // of them, that may meet and have a moved edge
     double broad_seconds = 0, narrow_seconds = 0;  // wall time
 };
 
