@@ -5,7 +5,6 @@
 #include "runtime/contact/near_filter.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <numeric>
@@ -20,10 +19,6 @@ double distance_of(const ContactStrands& strands, const DetectionSettings& setti
                    std::uint32_t e, std::uint32_t f) {
     return settings.contact_distance > 0 ? settings.contact_distance
                                          : strands.radius[e] + strands.radius[f];
-}
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 }  // namespace
@@ -316,8 +311,6 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
     Memory& m = *memory_;
     const std::size_t edges = strands.edge_count();
     const int threads = std::max(1, settings.threads);
-    auto start = std::chrono::steady_clock::now();
-    counts_ = {};
     again = again && m.seen_t1.size() == strands.vertex_count();
     m.searches = again ? m.searches + 1 : 0;
 
@@ -328,9 +321,6 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
         m.find_pairs(strands, settings, again);
     else
         m.pairs.clear();
-    counts_.candidates = m.pairs.size();
-    counts_.broad_seconds = seconds_since(start);
-    start = std::chrono::steady_clock::now();
 
     const std::size_t pair_chunks = m.chunk_count();
     const std::size_t edge_chunks = (edges + kChunk - 1) / kChunk;
@@ -341,7 +331,6 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
     for (std::size_t c = 0; c < pair_chunks; ++c)
         for (const BoxPair& pair : m.chunks[c].changed)
             m.look_at(strands, settings, pair, m.found[c]);
-    for (std::size_t c = 0; c < pair_chunks; ++c) counts_.tested += m.chunks[c].changed.size();
 
     for (std::size_t k = 0; k < colliders.size(); ++k) {
         const MovingShape& collider = colliders[k];
@@ -365,7 +354,6 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
     for (std::size_t j = 0; j < jobs; ++j)
         m.unsorted.insert(m.unsorted.end(), m.found[j].begin(), m.found[j].end());
     m.sort_and_unite(strands);
-    counts_.narrow_seconds = seconds_since(start);
     return m.list;
 }
 

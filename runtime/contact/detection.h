@@ -22,13 +22,6 @@ struct DetectionSettings {
     int threads = 1;
 };
 
-// Contacts found by one call, and what it cost.
-struct DetectionCounts {
-    std::size_t candidates = 0;  // pairs of boxes
-    std::size_t tested = 0;      // of them, that may meet and have a moved edge
-    double broad_seconds = 0, narrow_seconds = 0;  // wall time
-};
-
 // A contact as found, placed by its first moment.
 struct FoundContact {
     Contact contact;
@@ -56,12 +49,9 @@ class Detection {
     // contact: one that holds at its place says nothing of the rest of its edges.
     std::size_t overlapping(const ContactStrands& strands, const DetectionSettings& settings) const;
 
-    const DetectionCounts& counts() const { return counts_; }
-
   private:
     struct Memory;
     std::unique_ptr<Memory> memory_;
-    DetectionCounts counts_;
 };
 
 }  // namespace keratin

@@ -1,5 +1,4 @@
 // W: assembled, renewed, and read.
-#include "runtime/contact/coulomb.h"
 #include "runtime/contact/gauss_seidel_memory.h"
 
 #include <algorithm>
