@@ -135,12 +135,11 @@ std::size_t refresh_contacts(const ContactStrands& strands, std::span<const Movi
         double low = 0, high = 1;
         if (start_first) {
             high = 0;
-        } else if (start_second) {
         } else if (c.against_collider) {
             const int name = name_on_solid(c.key);
             low = name == 0 ? c.parameter[0] : std::min(1.0, (name - 1) * kPartOnSolid);
             high = name == 0 ? c.parameter[0] : std::min(1.0, name * kPartOnSolid);
-        } else {
+        } else if (!start_second) {
             const std::uint32_t parts = parts_of_first(p, q, delta);
             const std::uint32_t part = c.key.feature >> kFeatureParts;
             low = static_cast<double>(part) / parts;
@@ -201,12 +200,10 @@ std::size_t overlapping_round_solids(const ContactStrands& strands,
         const MovingSegment p = world_edge(strands, c.edge[0]),
                             q = world_axis(colliders[c.edge[1]]);
         const double surface = colliders[c.edge[1]].shape.radius;
-        const double start = std::sqrt(closest_segments(p.a, p.b, q.a, q.b).squared_distance);
-        if (start < surface) continue;  // on its way out, as above
-        const MovingSegment p1 = at_time(p, 1), q1 = at_time(q, 1);
-        const SegmentPair<double> end = closest_segments(p1.a, p1.b, q1.a, q1.b);
-        count += std::sqrt(end.squared_distance) <
-                     std::min(surface + c.distance, start) - 2 * kOverlaps * c.distance &&
+        if (closest_segments(p.a, p.b, q.a, q.b).squared_distance < surface * surface)
+            continue;  // on its way out, as above
+        SegmentPair<double> end;
+        count += ends_nearer(p, q, surface + c.distance, 2 * kOverlaps * c.distance, end) &&
                  can_move(strands, c.edge[0], end.s);
     }
     return count;

@@ -143,7 +143,8 @@ void Detection::Memory::find_pairs(const ContactStrands& strands, const Detectio
     const std::size_t edges = strands.edge_count(), vertices = strands.vertex_count();
     const int threads = std::max(1, settings.threads);
     auto half_distance = [&](std::size_t e) {
-        return settings.contact_distance > 0 ? 0.5 * settings.contact_distance : strands.radius[e];
+        const auto edge = static_cast<std::uint32_t>(e);
+        return 0.5 * distance_of(strands, settings, edge, edge);
     };
     bool search = !again || searched_t1.size() != vertices;  // colliders alone before
     if (!search) {
@@ -367,15 +368,10 @@ std::size_t Detection::overlapping(const ContactStrands& strands,
         for (const BoxPair& pair : m.chunks[c].near) {
             const double delta = distance_of(strands, settings, pair.first, pair.second);
             if (m.are_joined(strands, pair, delta)) continue;
-            const MovingSegment p = world_edge(strands, pair.first),
-                                q = world_edge(strands, pair.second);
-            const MovingSegment p1 = at_time(p, 1), q1 = at_time(q, 1);
-            const SegmentPair<double> end = closest_segments(p1.a, p1.b, q1.a, q1.b);
-            const double apart = (1 - kOverlaps) * delta;
-            if (end.squared_distance >= apart * apart) continue;
-            const double start = std::sqrt(closest_segments(p.a, p.b, q.a, q.b).squared_distance);
+            SegmentPair<double> end;
             count +=
-                std::sqrt(end.squared_distance) < std::min(delta, start) - kOverlaps * delta &&
+                ends_nearer(world_edge(strands, pair.first), world_edge(strands, pair.second),
+                            delta, kOverlaps * delta, end) &&
                 (can_move(strands, pair.first, end.s) || can_move(strands, pair.second, end.t));
         }
     return count;

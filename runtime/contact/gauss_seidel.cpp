@@ -110,8 +110,6 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
             for (std::size_t k = first; k < last; ++k)
                 if (m.owner[k] == thread) body(k);
         };
-        const std::size_t first_state = m.group_state[(thread * kGroups + team - 1) / team],
-                          last_state = m.group_state[((thread + 1) * kGroups + team - 1) / team];
         double least = report.start;  // of those kept
         for (std::uint32_t sweeps = 1;; ++sweeps) {
             for (std::size_t first = 0; first < buckets;) {
@@ -173,8 +171,12 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
                 kernels.carry_impulses(view, m.buckets[b].first_batch, m.buckets[b].last_batch,
                                        along, m.impulse_before.data(), m.impulse_along.data());
             });
-            kernels.carry(last_state - first_state, along, m.state.data() + first_state,
-                          m.state_before.data() + first_state, m.state_along.data() + first_state);
+            for (std::uint32_t g = 0; g < kGroups; ++g) {
+                if (Memory::owner_of(g, team) != thread) continue;
+                const std::size_t at = m.group_state[g];
+                kernels.carry(m.group_state[g + 1] - at, along, m.state.data() + at,
+                              m.state_before.data() + at, m.state_along.data() + at);
+            }
             meet();
         }
     }

@@ -118,7 +118,6 @@ void GaussSeidel::Memory::fill_batches(std::span<const ContactLaw> laws,
 }
 
 void GaussSeidel::Memory::share_out(std::uint32_t team) {
-    auto owner_of = [&](std::uint32_t group) { return group * team / kGroups; };
     owner.resize(buckets.size());
     std::vector<std::uint32_t> load(team);
     for (std::size_t first = 0; first < buckets.size();) {
@@ -130,14 +129,12 @@ void GaussSeidel::Memory::share_out(std::uint32_t team) {
             load[thread] += buckets[b].last_batch - buckets[b].first_batch;
         };
         // Those between the groups of two threads go where there is less to do.
-        for (std::size_t b = first; b < last; ++b)
-            if (owner_of(buckets[b].first_group) == owner_of(buckets[b].second_group))
-                give(b, owner_of(buckets[b].first_group));
-        for (std::size_t b = first; b < last; ++b) {
-            const std::uint32_t one = owner_of(buckets[b].first_group),
-                                other = owner_of(buckets[b].second_group);
-            if (one != other) give(b, load[other] < load[one] ? other : one);
-        }
+        for (const bool between : {false, true})
+            for (std::size_t b = first; b < last; ++b) {
+                const std::uint32_t one = owner_of(buckets[b].first_group, team),
+                                    other = owner_of(buckets[b].second_group, team);
+                if ((one != other) == between) give(b, load[other] < load[one] ? other : one);
+            }
         first = last;
     }
 }

@@ -93,6 +93,9 @@ struct GaussSeidel::Memory {
     // Orders the contacts into buckets and batches. impulses: as assemble.
     void fill_batches(std::span<const ContactLaw> laws, std::span<const SidePlace> places,
                       std::span<const double> impulses, int threads);
+    static std::uint32_t owner_of(std::uint32_t group, std::uint32_t team) {
+        return group * team / kGroups;
+    }
     // Gives each bucket a thread of a team. A thread has neighbouring groups, with their strands'
     // numbers, so that these seldom go from core to core.
     void share_out(std::uint32_t team);

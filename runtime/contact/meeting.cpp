@@ -145,6 +145,15 @@ bool meet_at_end(const MovingSegment& p, const MovingSegment& q, double reach, d
     return true;
 }
 
+bool ends_nearer(const MovingSegment& p, const MovingSegment& q, double reach, double depth,
+                 SegmentPair<double>& end) {
+    const MovingSegment p1 = at_time(p, 1), q1 = at_time(q, 1);
+    end = closest_segments(p1.a, p1.b, q1.a, q1.b);
+    const double distance = std::sqrt(end.squared_distance);
+    if (distance >= reach - depth) return false;
+    return distance < std::sqrt(closest_segments(p.a, p.b, q.a, q.b).squared_distance) - depth;
+}
+
 std::uint32_t parts_of_first(const MovingSegment& p, const MovingSegment& q, double delta) {
     constexpr double kApart = 4;  // of delta: ends of edges that cross by more are not in contact
     constexpr double kShortest = 4;  // of delta: a part

@@ -51,6 +51,11 @@ bool meet_deeper(MovingSegment p, MovingSegment q, double distance, Meeting& out
 bool meet_at_end(const MovingSegment& p, const MovingSegment& q, double reach, double delta,
                  double tolerance, const Meetings& first, Meeting& out);
 
+// Whether the segments end the step nearer than reach (m), and than they begin it, by more than
+// depth (m); `end`: where they are nearest then.
+bool ends_nearer(const MovingSegment& p, const MovingSegment& q, double reach, double depth,
+                 SegmentPair<double>& end);
+
 // An edge of a strand on its way, in world space, and the axis of a sphere or capsule.
 MovingSegment world_edge(const ContactStrands& strands, std::uint32_t edge);
 MovingSegment world_axis(const MovingShape& collider);

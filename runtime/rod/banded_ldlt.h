@@ -76,45 +76,48 @@ KERATIN_LANE_INLINE void solve_upper(std::size_t rows, const double* band, doubl
     }
 }
 
+// The numbers of three vectors in one row.
+template <class Real>
+struct RowOfThree {
+    Real of[3];
+    KERATIN_LANE_INLINE explicit RowOfThree(const double* x)
+        : of{Real::load(x), Real::load(x + Real::width), Real::load(x + 2 * Real::width)} {}
+    KERATIN_LANE_INLINE void subtract(const Real& l, const RowOfThree& other) {
+#pragma GCC unroll 3
+        for (std::size_t c = 0; c < 3; ++c) of[c] = sub_mul(of[c], l, other.of[c]);
+    }
+    KERATIN_LANE_INLINE void store(double* x) const {
+#pragma GCC unroll 3
+        for (std::size_t c = 0; c < 3; ++c) of[c].store(x + c * Real::width);
+    }
+};
+
 // Both for three vectors at once, x [rows][3] in place: the band, most of what is read, is read
 // once. x is 0 before row `first`, and only its rows from there on are solved for.
 template <class Real>
 KERATIN_LANE_INLINE void solve_three(std::size_t first, std::size_t rows, const double* band,
                                      double* x) {
     constexpr std::size_t lanes = Real::width, wide = 3 * lanes;
+    using Row = RowOfThree<Real>;
     for (std::size_t r = first; r < rows; ++r) {
         const double* row = band + r * kRodBandWidth * lanes;
         double* y = x + r * wide;
-        Real a = Real::load(y), b = Real::load(y + lanes), c = Real::load(y + 2 * lanes);
+        Row sum(y);
 #pragma GCC unroll 10
-        for (std::size_t k = 0; k < kRodHalfBand; ++k) {
-            const Real l = Real::load(row + k * lanes);
-            const double* above = y - (kRodHalfBand - k) * wide;
-            a = sub_mul(a, l, Real::load(above));
-            b = sub_mul(b, l, Real::load(above + lanes));
-            c = sub_mul(c, l, Real::load(above + 2 * lanes));
-        }
-        a.store(y);
-        b.store(y + lanes);
-        c.store(y + 2 * lanes);
+        for (std::size_t k = 0; k < kRodHalfBand; ++k)
+            sum.subtract(Real::load(row + k * lanes), Row(y - (kRodHalfBand - k) * wide));
+        sum.store(y);
     }
     for (std::size_t r = rows; r-- > first;) {
         const double* row = band + r * kRodBandWidth * lanes;
         double* y = x + r * wide;
-        const Real d = Real::load(row + kRodHalfBand * lanes);
-        Real a = Real::load(y) * d, b = Real::load(y + lanes) * d,
-             c = Real::load(y + 2 * lanes) * d;
+        Row sum(y);
+        for (Real& s : sum.of) s = s * Real::load(row + kRodHalfBand * lanes);
 #pragma GCC unroll 10
-        for (std::size_t k = kRodHalfBand; k > 0; --k) {
-            const Real l = Real::load(row + (k * kRodBandWidth + kRodHalfBand - k) * lanes);
-            const double* below = y + k * wide;
-            a = sub_mul(a, l, Real::load(below));
-            b = sub_mul(b, l, Real::load(below + lanes));
-            c = sub_mul(c, l, Real::load(below + 2 * lanes));
-        }
-        a.store(y);
-        b.store(y + lanes);
-        c.store(y + 2 * lanes);
+        for (std::size_t k = kRodHalfBand; k > 0; --k)
+            sum.subtract(Real::load(row + (k * kRodBandWidth + kRodHalfBand - k) * lanes),
+                         Row(y + k * wide));
+        sum.store(y);
     }
 }
 
