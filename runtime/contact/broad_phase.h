@@ -3,6 +3,8 @@
 // (PERFORMANCE 4: measured against sort-and-sweep and hash grids).
 #pragma once
 
+#include "runtime/contact/search_kernels.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -10,49 +12,30 @@
 
 namespace keratin {
 
-// Axis-aligned boxes, one array a bound, [count] each; finite, low <= high.
-struct BoxBounds {
-    std::span<const float> low_x, low_y, low_z, high_x, high_y, high_z;
-    std::size_t size() const { return low_x.size(); }
-};
-
-struct BoxPair {
-    std::uint32_t first, second;  // first < second
-    friend bool operator==(const BoxPair&, const BoxPair&) = default;
-};
-
 enum class BroadPhaseMethod { automatic, grid, tree };
 
 // Keeps its memory from call to call: no allocation once the scene stops growing.
 class BroadPhase {
   public:
     // All pairs i < j whose boxes overlap or touch, each once, into pairs (which is emptied first).
-    // Their order depends on the boxes only, not on threads (>= 1).
-    void find_pairs(const BoxBounds& boxes, int threads, std::vector<BoxPair>& pairs,
-                    BroadPhaseMethod method = BroadPhaseMethod::automatic);
+    // Boxes are finite, low <= high.
+    // Their order depends on the boxes only, not on threads (>= 1) nor on the instruction set.
+    void find_pairs(std::span<const Box> boxes, int threads, std::vector<BoxPair>& pairs,
+                    BroadPhaseMethod method = BroadPhaseMethod::automatic,
+                    InstructionSet instruction_set = InstructionSet::automatic);
 
   private:
-    struct Sorted {  // boxes in search order, padded by 16 empty ones
-        std::vector<float> low_x, low_y, low_z, high_x, high_y, high_z;
-        std::vector<std::uint32_t> index;
-        void fill(const BoxBounds& boxes, std::span<const std::uint32_t> order, int threads);
-    };
+    bool build_grid(std::span<const Box> boxes, int threads);
+    void build_tree(std::span<const Box> boxes, int threads);
+    void sort_by_place(std::span<const Box> boxes, int threads);
 
-    bool build_grid(const BoxBounds& boxes, int threads);
-    void build_tree(const BoxBounds& boxes, int threads);
-    void query(std::size_t count, bool grid, int threads, std::vector<BoxPair>& pairs);
-
-    Sorted sorted_;
-    std::vector<std::uint32_t> order_, order_other_, key_, key_other_;
-    std::vector<std::uint32_t> cell_start_;
-    std::vector<std::uint32_t> cell_of_;
-    float cell_low_[3] = {}, cell_inverse_[3] = {}, largest_[3] = {};
-    int cells_[3] = {};
-    std::vector<Sorted> levels_;  // of the tree: boxes over 16 boxes of the level below
+    std::vector<std::uint32_t> order_, order_other_, key_, key_other_, histogram_;
+    std::vector<std::uint32_t> cell_start_, cell_of_;
+    std::vector<float> sorted_[6];
+    GridView grid_{};
+    std::vector<std::vector<BoxBlock>> levels_;
+    TreeView tree_{};
     std::vector<std::vector<BoxPair>> found_;
-    std::vector<std::uint32_t> histogram_;
-
-    friend struct BroadPhaseKernel;
 };
 
 }  // namespace keratin

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numeric>
 
 namespace keratin {
 namespace {
@@ -25,7 +24,7 @@ double distance_of(const ContactStrands& strands, const DetectionSettings& setti
 
 struct Detection::Memory {
     BroadPhase broad;
-    std::vector<float> low[3], high[3];
+    std::vector<Box> boxes;
     std::vector<FilterEdge> filter;
     std::vector<BoxPair> pairs;
     // A chunk of the pairs: those that may meet, those of them to look at in this call.
@@ -34,8 +33,13 @@ struct Detection::Memory {
     };
     std::vector<Chunk> chunks;
     std::vector<std::vector<FoundContact>> found;
-    std::vector<FoundContact> list, unsorted;
-    std::vector<std::uint32_t> order;
+    std::vector<FoundContact> list;
+    struct Place {  // one of `found`, with what it is sorted by first
+        std::uint64_t pair, feature_moved;
+        std::uint32_t number;
+        const FoundContact* at;
+    };
+    std::vector<Place> order;
     std::vector<Vector3> searched_t1;      // x_t1 that the boxes were made for
     std::vector<Vector3> seen_t1;          // x_t1 that each vertex was last looked at with
     std::vector<std::uint8_t> moved;       // 1: the vertex has moved since
@@ -62,7 +66,7 @@ struct Detection::Memory {
     void look_at(const ContactStrands& strands, const DetectionSettings& settings,
                  const BoxPair& pair, std::vector<FoundContact>& out) const;
     void find_free_edges(const ContactStrands& strands, const MovingShape& collider);
-    void sort_and_unite(const ContactStrands& strands);
+    void sort_and_unite(const ContactStrands& strands, std::size_t jobs);
 };
 
 Detection::Detection() : memory_(std::make_unique<Memory>()) {}
@@ -70,40 +74,42 @@ Detection::~Detection() = default;
 Detection::Detection(Detection&&) noexcept = default;
 Detection& Detection::operator=(Detection&&) noexcept = default;
 
-// Keeps for each key the earliest, then the nearest; drops a contact found at the end of the edge
-// before when its own edge has one in its inside with the same partner within a contact distance.
-void Detection::Memory::sort_and_unite(const ContactStrands& strands) {
-    order.resize(unsorted.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::ranges::sort(order, [&](std::uint32_t left, std::uint32_t right) {
-        const FoundContact &l = unsorted[left], &r = unsorted[right];
-        if (l.contact.key != r.contact.key) return l.contact.key < r.contact.key;
-        if (l.moved != r.moved) return !l.moved;
-        if (l.time != r.time) return l.time < r.time;
-        if (l.contact.gap != r.contact.gap) return l.contact.gap < r.contact.gap;
-        return left < right;
+// Lists what the first `jobs` of `found` hold. Keeps for each key the earliest, then the nearest;
+// drops a contact found at the end of the edge before when its own edge has one in its inside with
+// the same partner within a contact distance.
+void Detection::Memory::sort_and_unite(const ContactStrands& strands, std::size_t jobs) {
+    order.clear();
+    for (std::size_t j = 0; j < jobs; ++j)
+        for (const FoundContact& f : found[j])
+            order.push_back({f.contact.key.pair,
+                             static_cast<std::uint64_t>(f.contact.key.feature) << 1 | f.moved,
+                             static_cast<std::uint32_t>(order.size()), &f});
+    std::ranges::sort(order, [](const Place& l, const Place& r) {
+        if (l.pair != r.pair) return l.pair < r.pair;
+        if (l.feature_moved != r.feature_moved) return l.feature_moved < r.feature_moved;
+        const FoundContact &a = *l.at, &b = *r.at;
+        if (a.time != b.time) return a.time < b.time;
+        if (a.contact.gap != b.contact.gap) return a.contact.gap < b.contact.gap;
+        return l.number < r.number;
     });
     list.clear();
-    std::vector<std::uint32_t> firsts;  // of a pair, the first of each key
+    std::vector<const FoundContact*> firsts;  // of a pair, the first of each key
     for (std::size_t i = 0; i < order.size();) {
         firsts.clear();
-        const std::uint64_t pair = unsorted[order[i]].contact.key.pair;
-        for (; i < order.size() && unsorted[order[i]].contact.key.pair == pair; ++i)
-            if (firsts.empty() ||
-                unsorted[order[i]].contact.key != unsorted[firsts.back()].contact.key)
-                firsts.push_back(order[i]);
+        const std::uint64_t pair = order[i].pair;
+        for (; i < order.size() && order[i].pair == pair; ++i)
+            if (firsts.empty() || order[i].at->contact.key != firsts.back()->contact.key)
+                firsts.push_back(order[i].at);
         const auto has_inside_near = [&](const Contact& c) {
-            return std::ranges::any_of(firsts, [&](std::uint32_t other) {
-                const FoundContact& f = unsorted[other];
-                return !f.moved &&
-                       (f.contact.key.feature & (kStartOfFirst | kStartOfSecond)) == 0 &&
-                       squared_length(place_of(strands, f.contact, 0) - place_of(strands, c, 0)) <
+            return std::ranges::any_of(firsts, [&](const FoundContact* f) {
+                return !f->moved &&
+                       (f->contact.key.feature & (kStartOfFirst | kStartOfSecond)) == 0 &&
+                       squared_length(place_of(strands, f->contact, 0) - place_of(strands, c, 0)) <
                            c.distance * c.distance;
             });
         };
-        for (const std::uint32_t k : firsts)
-            if (!unsorted[k].moved || !has_inside_near(unsorted[k].contact))
-                list.push_back(unsorted[k]);
+        for (const FoundContact* f : firsts)
+            if (!f->moved || !has_inside_near(f->contact)) list.push_back(*f);
     }
 }
 
@@ -173,7 +179,7 @@ void Detection::Memory::find_pairs(const ContactStrands& strands, const Detectio
         searched_t1.assign(strands.x_t1.begin(), strands.x_t1.end());
         margin = 2 * largest;  // each vertex may end this far from where this search has it
         filter.resize(edges);
-        for (int a = 0; a < 3; ++a) low[a].resize(edges), high[a].resize(edges);
+        boxes.resize(edges);
     }
 #pragma omp parallel for num_threads(threads) schedule(static)
     for (std::size_t e = 0; e < edges; ++e) {
@@ -192,24 +198,22 @@ void Detection::Memory::find_pairs(const ContactStrands& strands, const Detectio
             f.value[k] = static_cast<float>(value[k]);
             far = std::max(far, std::fabs(value[k]));
         }
-        // Three roundings of numbers of this size, and some for what is computed from them.
-        constexpr double kRounding = 8 * 6e-8;
+        // Five roundings of numbers of this size, and some for what is computed from them.
+        constexpr double kRounding = 10 * 6e-8;
         f.half_distance = static_cast<float>(half);
         f.error = static_cast<float>(kRounding * far);
         f.strand = strands.strand[e];
         if (!search) continue;
         const double grow = half * 1.01 + margin + kRounding * far;
-        const double x[4] = {p[0].x, p[1].x, p[2].x, p[3].x},
-                     y[4] = {p[0].y, p[1].y, p[2].y, p[3].y},
-                     z[4] = {p[0].z, p[1].z, p[2].z, p[3].z};
-        const double* axis[3] = {x, y, z};
         for (int a = 0; a < 3; ++a) {
-            low[a][e] = static_cast<float>(*std::min_element(axis[a], axis[a] + 4) - grow);
-            high[a][e] = static_cast<float>(*std::max_element(axis[a], axis[a] + 4) + grow);
+            const auto [least, most] = std::minmax(
+                {value[a], value[3 + a], value[a] + value[6 + a], value[3 + a] + value[9 + a]});
+            boxes[e].bound[a] = static_cast<float>(least - grow);
+            boxes[e].bound[3 + a] = static_cast<float>(most + grow);
         }
     }
     if (search) {
-        broad.find_pairs({low[0], low[1], low[2], high[0], high[1], high[2]}, threads, pairs);
+        broad.find_pairs(boxes, threads, pairs);
         if (chunks.size() < chunk_count()) chunks.resize(chunk_count());
     }
 
@@ -351,10 +355,7 @@ std::span<const FoundContact> Detection::find(const ContactStrands& strands,
         }
     }
 
-    m.unsorted.clear();
-    for (std::size_t j = 0; j < jobs; ++j)
-        m.unsorted.insert(m.unsorted.end(), m.found[j].begin(), m.found[j].end());
-    m.sort_and_unite(strands);
+    m.sort_and_unite(strands, jobs);
     return m.list;
 }
 

@@ -1,10 +1,9 @@
-// Throws out pairs of edges that are too far apart at the start of a step to meet within it: the
-// first step of conservative advancement, in float, many pairs at a time.
+// Throws out pairs of edges that are too far apart to meet within a step: conservative advancement
+// in float, many pairs at a time.
 #pragma once
 
-#include "runtime/contact/broad_phase.h"
+#include "runtime/contact/search_kernels.h"
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -22,6 +21,7 @@ static_assert(sizeof(FilterEdge) == 64);
 
 // Appends the pairs that may meet to kept, in the order given. Never drops a pair that does.
 void keep_near_pairs(std::span<const FilterEdge> edges, std::span<const BoxPair> pairs,
-                     std::vector<BoxPair>& kept);
+                     std::vector<BoxPair>& kept,
+                     InstructionSet instruction_set = InstructionSet::automatic);
 
 }  // namespace keratin

@@ -47,6 +47,9 @@ struct Pair {
     friend KERATIN_ALWAYS_INLINE auto operator<(const Pair& x, const Pair& y) {
         return PairMask<decltype(x.a < y.a)>{x.a < y.a, x.b < y.b};
     }
+    friend KERATIN_ALWAYS_INLINE auto operator<=(const Pair& x, const Pair& y) {
+        return PairMask<decltype(x.a <= y.a)>{x.a <= y.a, x.b <= y.b};
+    }
 };
 template <class M, class T>
 KERATIN_ALWAYS_INLINE Pair<T> select(const PairMask<M>& c, const Pair<T>& x, const Pair<T>& y) {

@@ -46,6 +46,9 @@ KERATIN_ALWAYS_INLINE Native operator-(Native a) {
 KERATIN_ALWAYS_INLINE NativeMask operator<(Native a, Native b) {
     return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ)};
 }
+KERATIN_ALWAYS_INLINE NativeMask operator<=(Native a, Native b) {
+    return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ)};
+}
 KERATIN_ALWAYS_INLINE NativeMask operator&(NativeMask a, NativeMask b) {
     return {__mmask16(a.m & b.m)};
 }
@@ -93,6 +96,9 @@ KERATIN_ALWAYS_INLINE Native operator-(Native a) {
 KERATIN_ALWAYS_INLINE NativeMask operator<(Native a, Native b) {
     return {_mm256_cmp_ps(a.v, b.v, _CMP_LT_OQ)};
 }
+KERATIN_ALWAYS_INLINE NativeMask operator<=(Native a, Native b) {
+    return {_mm256_cmp_ps(a.v, b.v, _CMP_LE_OQ)};
+}
 KERATIN_ALWAYS_INLINE NativeMask operator&(NativeMask a, NativeMask b) {
     return {_mm256_and_ps(a.m, b.m)};
 }
@@ -136,6 +142,7 @@ KERATIN_ALWAYS_INLINE Native operator*(Native a, Native b) { return _mm_mul_ps(a
 KERATIN_ALWAYS_INLINE Native operator/(Native a, Native b) { return _mm_div_ps(a.v, b.v); }
 KERATIN_ALWAYS_INLINE Native operator-(Native a) { return _mm_xor_ps(a.v, _mm_set1_ps(-0.0f)); }
 KERATIN_ALWAYS_INLINE NativeMask operator<(Native a, Native b) { return {_mm_cmplt_ps(a.v, b.v)}; }
+KERATIN_ALWAYS_INLINE NativeMask operator<=(Native a, Native b) { return {_mm_cmple_ps(a.v, b.v)}; }
 KERATIN_ALWAYS_INLINE NativeMask operator&(NativeMask a, NativeMask b) {
     return {_mm_and_ps(a.m, b.m)};
 }
@@ -198,6 +205,9 @@ KERATIN_ALWAYS_INLINE Native operator-(Native a) {
 }
 KERATIN_ALWAYS_INLINE NativeMask operator<(Native a, Native b) {
     return {{a.v[0] < b.v[0], a.v[1] < b.v[1], a.v[2] < b.v[2], a.v[3] < b.v[3]}};
+}
+KERATIN_ALWAYS_INLINE NativeMask operator<=(Native a, Native b) {
+    return {{a.v[0] <= b.v[0], a.v[1] <= b.v[1], a.v[2] <= b.v[2], a.v[3] <= b.v[3]}};
 }
 KERATIN_ALWAYS_INLINE NativeMask operator&(NativeMask a, NativeMask b) {
     return {{a.m[0] && b.m[0], a.m[1] && b.m[1], a.m[2] && b.m[2], a.m[3] && b.m[3]}};

@@ -9,44 +9,43 @@ using namespace keratin;
 
 namespace {
 
-struct Boxes {
-    std::vector<float> low[3], high[3];
-    BoxBounds bounds() const { return {low[0], low[1], low[2], high[0], high[1], high[2]}; }
-};
+using Boxes = std::vector<Box>;
 
 // Boxes of edge lengths up to `size` in the unit cube; every `large_every`-th is 30 times as large.
 Boxes random_boxes(std::size_t count, float size, std::size_t large_every, unsigned seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> unit(0, 1);
-    Boxes b;
+    Boxes boxes(count);
     for (std::size_t i = 0; i < count; ++i)
         for (int a = 0; a < 3; ++a) {
             const float low = unit(random),
                         extent = size * unit(random) *
                                  (large_every > 0 && i % large_every == 0 ? 30 : 1);
-            b.low[a].push_back(low);
-            b.high[a].push_back(low + extent);
+            boxes[i].bound[a] = low;
+            boxes[i].bound[3 + a] = low + extent;
         }
-    return b;
+    return boxes;
 }
 
-std::vector<BoxPair> brute_force(const Boxes& b) {
+std::vector<BoxPair> brute_force(const Boxes& boxes) {
     std::vector<BoxPair> pairs;
-    const std::uint32_t n = static_cast<std::uint32_t>(b.low[0].size());
+    const auto n = static_cast<std::uint32_t>(boxes.size());
     for (std::uint32_t i = 0; i < n; ++i)
         for (std::uint32_t j = i + 1; j < n; ++j) {
             bool overlap = true;
             for (int a = 0; a < 3; ++a)
-                overlap &= b.low[a][i] <= b.high[a][j] && b.low[a][j] <= b.high[a][i];
+                overlap &= boxes[i].bound[a] <= boxes[j].bound[3 + a] &&
+                           boxes[j].bound[a] <= boxes[i].bound[3 + a];
             if (overlap) pairs.push_back({i, j});
         }
     return pairs;
 }
 
-std::vector<BoxPair> found_by(const Boxes& b, BroadPhaseMethod method, int threads) {
+std::vector<BoxPair> found_by(const Boxes& b, BroadPhaseMethod method, int threads,
+                              InstructionSet set = InstructionSet::automatic) {
     BroadPhase broad;
     std::vector<BoxPair> pairs;
-    broad.find_pairs(b.bounds(), threads, pairs, method);
+    broad.find_pairs(b, threads, pairs, method, set);
     return pairs;
 }
 
@@ -81,15 +80,19 @@ TEST_CASE("boxes in a plane, on a line and in one place are found") {
     for (int flat = 1; flat <= 3; ++flat) {
         Boxes b = random_boxes(500, 0.05f, 0, 3);
         for (int a = 0; a < flat; ++a)
-            for (std::size_t i = 0; i < 500; ++i) b.low[a][i] = b.high[a][i] = 0.25f;
+            for (Box& box : b) box.bound[a] = box.bound[3 + a] = 0.25f;
         const std::vector<BoxPair> expected = brute_force(b);
         CHECK(sorted(found_by(b, BroadPhaseMethod::grid, 1)) == expected);
         CHECK(sorted(found_by(b, BroadPhaseMethod::tree, 1)) == expected);
     }
 }
 
-TEST_CASE("the order of the pairs does not depend on the number of threads") {
+TEST_CASE("the order of the pairs depends neither on threads nor on the instruction set") {
     const Boxes b = random_boxes(4000, 0.05f, 0, 11);
-    for (const BroadPhaseMethod method : {BroadPhaseMethod::grid, BroadPhaseMethod::tree})
-        CHECK(found_by(b, method, 1) == found_by(b, method, 2));
+    for (const BroadPhaseMethod method : {BroadPhaseMethod::grid, BroadPhaseMethod::tree}) {
+        const std::vector<BoxPair> pairs = found_by(b, method, 1);
+        CHECK(found_by(b, method, 2) == pairs);
+        CHECK(found_by(b, method, 1, InstructionSet::baseline) == pairs);
+        CHECK(found_by(b, method, 1, InstructionSet::avx2) == pairs);
+    }
 }

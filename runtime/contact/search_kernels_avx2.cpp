@@ -1,0 +1,2 @@
+#define KERATIN_ISA avx2
+#include "runtime/contact/search_lanes.h"

@@ -1,0 +1,2 @@
+#define KERATIN_ISA baseline
+#include "runtime/contact/search_lanes.h"
