@@ -37,25 +37,29 @@ KERATIN_LANE_INLINE void sin_cos(const Real& x, Real& sine, Real& cosine) {
     cosine = select(negate_cos, -cos_size, cos_size);
 }
 
-// The angle in [-pi, pi] whose sine and cosine are given, sine^2 + cosine^2 = 1 to rounding: four
-// times the arc tangent of the tangent of its quarter, folded to |angle| <= pi/2 first.
+// The angle in [-pi, pi] whose sine and cosine are given, sine^2 + cosine^2 = 1 to rounding: folded
+// to angle <= pi/2 first; tan(angle/2) = sine/(1 + cosine), beyond pi/8 less pi/4.
 template <class Real>
 KERATIN_LANE_INLINE Real angle_of(const Real& sine, const Real& cosine) {
-    const Real half = sqrt(mul_add(abs(cosine), Real(0.5), Real(0.5)));  // cosine of half the angle
-    const Real w = sine / (Real(2.0) * half * (half + Real(1.0)));       // at most tan(pi/8)
+    const Real s = abs(sine), c = abs(cosine) + Real(1.0);
+    const auto beyond = s > Real(0.4142135623730951) * c;
+    const Real w = select(beyond, s - c, s) / select(beyond, s + c, c);  // at most tan(pi/8)
     const Real y = w * w;
-    Real p = mul_add(y, Real(-0.01905402725684994), Real(0.03913092044526708));
-    p = mul_add(y, p, Real(-0.05081948211975355));
-    p = mul_add(y, p, Real(0.05857476994143512));
-    p = mul_add(y, p, Real(-0.06664433776587356));
-    p = mul_add(y, p, Real(0.07692177653697398));
-    p = mul_add(y, p, Real(-0.0909090433877704));
-    p = mul_add(y, p, Real(0.11111111009341013));
-    p = mul_add(y, p, Real(-0.1428571428459269));
-    p = mul_add(y, p, Real(0.19999999999995166));
-    p = mul_add(y, p, Real(-0.3333333333333333));
-    const Real angle = Real(4.0) * mul_add(w * y, p, w);
-    return select(cosine < Real(0.0), copy_sign(Real(3.141592653589793), sine) - angle, angle);
+    // even and odd powers of y side by side
+    const Real z = y * y;
+    Real even = mul_add(z, Real(-0.01905402725684994), Real(-0.05081948211975355));
+    Real odd = mul_add(z, Real(0.03913092044526708), Real(0.05857476994143512));
+    even = mul_add(z, even, Real(-0.06664433776587356));
+    odd = mul_add(z, odd, Real(0.07692177653697398));
+    even = mul_add(z, even, Real(-0.0909090433877704));
+    odd = mul_add(z, odd, Real(0.11111111009341013));
+    even = mul_add(z, even, Real(-0.1428571428459269));
+    odd = mul_add(z, odd, Real(0.19999999999995166));
+    even = mul_add(z, even, Real(-0.3333333333333333));
+    const Real p = mul_add(y, odd, even);
+    const Real twice = Real(2.0) * mul_add(w * y, p, w);
+    const Real angle = select(beyond, Real(1.5707963267948966) + twice, twice);
+    return copy_sign(select(cosine < Real(0.0), Real(3.141592653589793) - angle, angle), sine);
 }
 
 }  // namespace keratin

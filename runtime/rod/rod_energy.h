@@ -37,19 +37,30 @@ KERATIN_LANE_INLINE EdgeGeometry<Real> edge_geometry(const Vector3<Real>& edge) 
 }
 
 // The director a, perpendicular to `from`, carried by the minimal rotation from -> to; exactly
-// perpendicular to `to` and of unit length again.
+// perpendicular to `to`, of unit length to the rounding of its sums. cosine: from.to; inverse: 1
+// over 1 + cosine, or over kFoldLimit where that is less.
+template <class Real>
+KERATIN_LANE_INLINE Vector3<Real> carry_director(const Vector3<Real>& from, const Vector3<Real>& to,
+                                                 const Vector3<Real>& a, const Real& cosine,
+                                                 const Real& inverse) {
+    const Vector3<Real> k = cross(from, to);
+    const Vector3<Real> turned = mul_add(cosine, a, mul_add(dot(k, a) * inverse, k, cross(k, a)));
+    const Vector3<Real> b = select(Real(1.0) + cosine < Real(kFoldLimit), a, turned);
+    return mul_add(-dot(b, to), to, b);
+}
+// The same, of unit length.
 template <class Real>
 KERATIN_LANE_INLINE Vector3<Real> transport(const Vector3<Real>& from, const Vector3<Real>& to,
                                             const Vector3<Real>& a) {
-    const Vector3<Real> k = cross(from, to);
     const Real cosine = dot(from, to);
-    const Real one_plus = Real(1.0) + cosine;
-    const Real along = dot(k, a) / max(one_plus, Real(kFoldLimit));
-    const Vector3<Real> turned = mul_add(cosine, a, mul_add(along, k, cross(k, a)));
-    Vector3<Real> b = select(one_plus < Real(kFoldLimit), a, turned);
-    b = mul_add(-dot(b, to), to, b);
-    const Real scale = Real(1.0) / sqrt(max(dot(b, b), Real(1e-60)));
-    return scale * b;
+    const Real inverse = Real(1.0) / max(Real(1.0) + cosine, Real(kFoldLimit));
+    const Vector3<Real> b = carry_director(from, to, a, cosine, inverse);
+    return (Real(1.0) / sqrt(max(dot(b, b), Real(1e-60)))) * b;
+}
+// b, whose length is 1 to 1e-6 (or 0), with a length that is 1 to 1e-12: no root, no division.
+template <class Real>
+KERATIN_LANE_INLINE Vector3<Real> near_unit(const Vector3<Real>& b) {
+    return sub_mul(Real(1.5), Real(0.5), dot(b, b)) * b;
 }
 
 // Angle about `axis` from a to b, both unit and perpendicular to it, plus the multiple of 2 pi that
@@ -118,16 +129,22 @@ struct Joint {
     Real w1_after, w2_after;           // omega^i
 };
 
+// inverse_chi: 1 over fold_floored(t.u).
+template <class Real>
+KERATIN_LANE_INLINE Real fold_floored(const Real& cosine) {
+    return max(Real(1.0) + cosine, Real(kFoldFloor));
+}
 template <class Real>
 KERATIN_LANE_INLINE Joint<Real> make_joint(const Vector3<Real>& t, const Real& inverse_e,
                                            const Directors<Real>& before, const Vector3<Real>& u,
-                                           const Real& inverse_f, const Directors<Real>& after) {
+                                           const Real& inverse_f, const Directors<Real>& after,
+                                           const Real& inverse_chi) {
     Joint<Real> j;
     j.t = t;
     j.u = u;
     j.inverse_e = inverse_e;
     j.inverse_f = inverse_f;
-    j.inverse_chi = Real(1.0) / max(Real(1.0) + dot(t, u), Real(kFoldFloor));
+    j.inverse_chi = inverse_chi;
     j.kb = (Real(2.0) * j.inverse_chi) * cross(t, u);
     j.before = before;
     j.after = after;
@@ -136,6 +153,13 @@ KERATIN_LANE_INLINE Joint<Real> make_joint(const Vector3<Real>& t, const Real& i
     j.w1_after = dot(j.kb, after.m2);
     j.w2_after = -dot(j.kb, after.m1);
     return j;
+}
+template <class Real>
+KERATIN_LANE_INLINE Joint<Real> make_joint(const Vector3<Real>& t, const Real& inverse_e,
+                                           const Directors<Real>& before, const Vector3<Real>& u,
+                                           const Real& inverse_f, const Directors<Real>& after) {
+    return make_joint(t, inverse_e, before, u, inverse_f, after,
+                      Real(1.0) / fold_floored(dot(t, u)));
 }
 
 // Stiffness and rest values of a joint: k1 = B_1/(2 l), k2 = B_2/(2 l), kt = GJ/l with l the Voronoi

@@ -114,22 +114,26 @@ void evaluate(const RodBlock& block, const double* v, const double* d, const dou
         }
         const double* frame = frames + i * kRodFrame * lanes;
         double* frame_try = frames_try + i * kRodFrame * lanes;
-        EdgeGeometry<Real> e;
-        Vector3<Real> a;
-        if (i < block.min_edge_count) {
-            e = edge_geometry(edge);
-            a = transport(load3<Real>(frame), e.tangent, load3<Real>(frame + 3 * lanes));
-        } else {
-            const auto real = Real(static_cast<double>(i)) < edge_count;
-            e = edge_geometry(select(real, edge, tip_tangent));
-            a = transport(load3<Real>(frame), e.tangent, load3<Real>(frame + 3 * lanes));
-            a = select(real, a, tip_director);
-        }
+        const bool all_real = i < block.min_edge_count;
+        const auto real = Real(static_cast<double>(i)) < edge_count;
+        const EdgeGeometry<Real> e =
+            edge_geometry(all_real ? edge : select(real, edge, tip_tangent));
+        // Of the turn since the start of the step and of that at the joint: one division for both.
+        const Vector3<Real> tangent_t0 = load3<Real>(frame);
+        const Real cosine = dot(tangent_t0, e.tangent), cosine_joint = dot(t, e.tangent);
+        const Real one_plus = max(Real(1.0) + cosine, Real(kFoldLimit));
+        const Real chi = fold_floored(cosine_joint);
+        const Real inverse_both = Real(1.0) / (one_plus * chi);
+        const Real inverse_chi = inverse_both * one_plus;
+        Vector3<Real> a = near_unit(carry_director(
+            tangent_t0, e.tangent, load3<Real>(frame + 3 * lanes), cosine, inverse_both * chi));
+        if (!all_real) a = select(real, a, tip_director);
         const Directors<Real> after = material_directors(e.tangent, a, here.angle);
         const Joint<Real> joint =
-            make_joint(t, inverse_before, before, e.tangent, e.inverse_length, after);
-        const Real reference = turn_near(transport(t, e.tangent, a_before), a, e.tangent,
-                                         Real::load(frame + 6 * lanes));
+            make_joint(t, inverse_before, before, e.tangent, e.inverse_length, after, inverse_chi);
+        const Vector3<Real> carried =
+            near_unit(carry_director(t, e.tangent, a_before, cosine_joint, inverse_chi));
+        const Real reference = turn_near(carried, a, e.tangent, Real::load(frame + 6 * lanes));
         const Real twist = here.angle - angle_before + reference;
         store3(frame_try, e.tangent);
         store3(frame_try + 3 * lanes, a);
@@ -203,13 +207,17 @@ void measure(const RodBlock& block, const double* frames, double* strains) {
     }
 }
 
-// band(row, column) += value, row >= column.
+// What a joint gives the rows of the vertex after it: columns of the vertices two and one before
+// that, and its own.
 template <class Real>
-KERATIN_LANE_INLINE void add_to_band(double* band, std::size_t row, std::size_t column,
-                                     const Real& value) {
-    constexpr std::size_t lanes = Real::width;
-    double* at = band + (row * kRodBandWidth + kRodHalfBand - (row - column)) * lanes;
-    (Real::load(at) + value).store(at);
+struct RowsAhead {
+    Real two[3][4], one[3][4], own[3][3];
+};
+
+// Place in the band row of a vertex's number q of the column of number p of the vertex `before`
+// places back.
+constexpr std::size_t band_place(std::size_t q, std::size_t p, std::size_t before) {
+    return kRodHalfBand + p - q - 4 * before;
 }
 
 // The 3 x 3 blocks and vectors of a joint's Hessian as a full lower triangle [11][11] of its local
@@ -255,12 +263,6 @@ void assemble(const RodBlock& block, const double* v, const double* frames, cons
     const Real edge_count = Real::load(block.edge_count);
     const Vector3<Real> tip_tangent = load3<Real>(block.ends + 6 * lanes);
     const std::size_t count = block.vertex_count, rows = 4 * count;
-    for (std::size_t r = 0; r < rows; ++r) {
-        double* row = band + r * kRodBandWidth * lanes;
-#pragma GCC unroll 10
-        for (std::size_t k = 0; k < kRodHalfBand; ++k) zero.store(row + k * lanes);
-        Real::load(block.weight + r * lanes).store(row + kRodHalfBand * lanes);
-    }
     const auto at = [&](std::size_t i) {
         return mul_add(step, load3<Real>(v + 4 * i * lanes), load3<Real>(block.x_t0 + 4 * i * lanes));
     };
@@ -272,6 +274,16 @@ void assemble(const RodBlock& block, const double* v, const double* frames, cons
     Vector3<Real> director = load3<Real>(block.ends + 3 * lanes);
     Directors<Real> before{director, cross(t, director)};
     Real inverse_before(1.0), angle_before(0.0);
+    // Rows are written once: three joints give to those of a vertex.
+    RowsAhead<Real> ahead{};
+    Real own[4][4] = {};  // of the vertex before, among its own numbers
+    const auto store_own = [&](std::size_t i) {
+#pragma GCC unroll 4
+        for (std::size_t q = 0; q < 4; ++q)
+#pragma GCC unroll 4
+            for (std::size_t p = 0; p <= q; ++p)
+                own[q][p].store(band + ((4 * i + q) * kRodBandWidth + band_place(q, p, 0)) * lanes);
+    };
     for (std::size_t i = 0; i < count; ++i) {
         const Vector3<Real> next = i + 1 < count ? at(i + 1) : here + tip_tangent;
         Vector3<Real> edge = i + 1 < count ? next - here : tip_tangent;
@@ -305,16 +317,52 @@ void assemble(const RodBlock& block, const double* v, const double* frames, cons
                 m[8 + r][4 + c] = m[8 + r][4 + c] - x;
             }
         }
-        const std::size_t from = i == 0 ? 4 : 0, to = i + 1 == count ? 8 : 11;
-        for (std::size_t r = from; r < to; ++r)
-            for (std::size_t c = from; c <= r; ++c)
-                add_to_band(band, 4 * i + r - 4, 4 * i + c - 4, m[r][c]);
+        if (i > 0) {
+#pragma GCC unroll 4
+            for (std::size_t q = 0; q < 4; ++q)
+#pragma GCC unroll 4
+                for (std::size_t p = 0; p <= q; ++p) own[q][p] = own[q][p] + m[q][p];
+            store_own(i - 1);
+        } else {  // no vertex there
+#pragma GCC unroll 7
+            for (std::size_t r = 4; r < 11; ++r)
+#pragma GCC unroll 4
+                for (std::size_t c = 0; c < 4; ++c) m[r][c] = zero;
+        }
+#pragma GCC unroll 4
+        for (std::size_t q = 0; q < 4; ++q) {
+            const std::size_t number = 4 * i + q;
+            double* row = band + number * kRodBandWidth * lanes;
+#pragma GCC unroll 2
+            for (std::size_t none = 0; none + q < 2; ++none) zero.store(row + none * lanes);
+#pragma GCC unroll 4
+            for (std::size_t p = q == 3; p < 4; ++p)
+                (q < 3 ? ahead.two[q][p] : zero).store(row + band_place(q, p, 2) * lanes);
+#pragma GCC unroll 4
+            for (std::size_t p = 0; p < 4; ++p)
+                (q < 3 ? ahead.one[q][p] + m[4 + q][p] : m[4 + q][p])
+                    .store(row + band_place(q, p, 1) * lanes);
+#pragma GCC unroll 4
+            for (std::size_t p = 0; p <= q; ++p) {
+                const Real weight = p == q ? Real::load(block.weight + number * lanes) : zero;
+                own[q][p] = (q < 3 ? weight + ahead.own[q][p] : weight) + m[4 + q][4 + p];
+            }
+        }
+#pragma GCC unroll 3
+        for (std::size_t q = 0; q < 3; ++q)
+#pragma GCC unroll 4
+            for (std::size_t p = 0; p < 4; ++p) {
+                ahead.two[q][p] = m[8 + q][p];
+                ahead.one[q][p] = m[8 + q][4 + p];
+                if (p <= q) ahead.own[q][p] = m[8 + q][8 + p];
+            }
         here = next;
         t = e.tangent;
         before = after;
         inverse_before = e.inverse_length;
         angle_before = angle;
     }
+    store_own(count - 1);
     // prescribed numbers: a row and column of zeros with 1 on the diagonal
     for (std::size_t r = 0; r < rows; ++r) {
         const std::uint8_t free = block.free_lanes[r];
