@@ -22,8 +22,6 @@ constexpr double kShortest = 1e-9;
 // The factor is renewed when an iteration leaves more than this share of the last change.
 constexpr double kStall = 0.35;
 
-bool has(std::uint32_t mask, std::uint32_t lane) { return (mask >> lane & 1u) != 0; }
-
 void evaluate(const RodPasses& passes, RodWorkspace& w) {
     passes.evaluate(w.block, w.v.data(), w.direction_rows(passes.lanes), w.alpha.data(),
                     w.frames.data(), w.v_try.data(), w.frames_try.data(), w.gradient_try.data(),

@@ -12,6 +12,9 @@ namespace keratin {
 template <class T>
 using PerLane = std::array<T, kRodMaxLanes>;
 
+// Whether a mask of lanes has this one.
+inline bool has(std::uint32_t mask, std::uint32_t lane) { return (mask >> lane & 1u) != 0; }
+
 // Everything one block needs during a step. Laid out for the largest block it shall serve.
 struct RodWorkspace {
     RodWorkspace(std::size_t rows, std::uint32_t lanes);
