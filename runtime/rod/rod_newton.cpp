@@ -93,7 +93,7 @@ RodWorkspace::RodWorkspace(std::size_t rows, std::uint32_t lanes)
       band((4 * rows + 2 * kRodPadRows) * kRodBandWidth * lanes),
       band_new((4 * rows + 2 * kRodPadRows) * kRodBandWidth * lanes) {
     for (AlignedDoubles* a : {&alpha, &energy, &scale, &slope, &energy_try, &scale_try, &slope_try,
-                              &norm, &down, &exact})
+                              &norm, &down, &exact, &reach})
         *a = AlignedDoubles(lanes);
 }
 
@@ -224,22 +224,10 @@ void newton_take(const RodPasses& passes, RodWorkspace& w, const NewtonRules& ru
 }
 
 void newton_push(const RodPasses& passes, RodWorkspace& w, const double* change) {
-    const std::uint32_t lanes = passes.lanes;
-    const std::size_t rows = 4 * static_cast<std::size_t>(w.block.vertex_count);
-    std::uint32_t moved = 0;
-    for (std::size_t r = 0; r < rows; ++r)
-        for (std::uint32_t l = 0; l < lanes; ++l) {
-            const std::size_t k = r * lanes + l;
-            if (change[k] == 0 || !has(w.block.free_lanes[r], l)) continue;
-            moved |= 1u << l;
-            w.target[k] += change[k] / w.weight[k];
-            w.gradient[k] -= change[k];
-            const double term = change[k] * (w.v[k] - w.block.v_t0[k]);
-            w.energy[l] -= term;
-            w.scale[l] += std::fabs(term);
-        }
+    const std::uint32_t moved = passes.push(w.block, change, w.v.data(), w.target.data(),
+                                            w.gradient.data(), w.energy.data(), w.scale.data());
     w.running |= moved & ~w.failed;
-    for (std::uint32_t l = 0; l < lanes; ++l)
+    for (std::uint32_t l = 0; l < passes.lanes; ++l)
         if (has(moved, l)) w.last_change[l] = HUGE_VAL;
 }
 

@@ -27,6 +27,7 @@ struct RodWorkspace {
     AlignedDoubles strains;               // [V][kRodStrain]
     AlignedDoubles band, band_new;        // with pad rows
     AlignedDoubles alpha, energy, scale, slope, energy_try, scale_try, slope_try, norm, down, exact;
+    AlignedDoubles reach;  // [1] m: largest coordinate of the strand, from the origin
 
     double* direction_rows(std::uint32_t lanes) { return direction.data() + kRodPadRows * lanes; }
     double* band_rows(std::uint32_t lanes) {
@@ -46,8 +47,7 @@ struct RodWorkspace {
     PerLane<std::uint32_t> iterations{};
     PerLane<double> change{};      // m/s: |dv| / dim v of the last iteration
     PerLane<double> last_change{};
-    PerLane<double> dimension{};   // numbers of the strand
-    PerLane<double> reach{};       // m: largest coordinate of the strand, from the origin
+    PerLane<double> dimension{};  // numbers of the strand
 };
 
 struct NewtonRules {

@@ -45,8 +45,23 @@ struct RodBlock {
     const std::uint8_t* free_lanes = nullptr;  // 4 V masks: lanes in which the number is not prescribed
 };
 
+// What pulls at the numbers of a block, but for its own elasticity: [4 V] each, and of the scene.
+struct RodPull {
+    const double* mass;           // kg, kg m^2
+    const double* drag;           // kg/s
+    const double* spring;         // kg/s^2
+    const double* spring_target;  // m, rad
+    const double* force;          // N, N m
+    double gravity[3], air[3];    // m/s^2, m/s
+};
+
 struct RodPasses {
     std::uint32_t lanes;
+
+    // Weight and target of the block (its step, x_t0 and v_t0 are set); reach [1]: m, the largest
+    // coordinate.
+    void (*prepare)(const RodBlock& block, const RodPull& pull, double* weight, double* target,
+                    double* reach);
 
     // g(v) (METHODS 2.9) and its gradient at v_try = v + alpha d; frames_try are `frames` carried to
     // v_try. energy, scale (sum of the sizes of its terms: what rounding counts from), slope =
@@ -71,6 +86,17 @@ struct RodPasses {
     // The rows from `first` on of x = (L D L^T)^-1 x, in place, for three vectors side by side in
     // each row: [rows][3], with pad rows, 0 before `first`.
     void (*apply_inverse)(std::size_t first, std::size_t rows, const double* band, double* x);
+    // ahead = v, in the given lanes v + d; [4 V] each.
+    void (*look_ahead)(const RodBlock& block, std::uint32_t moving, const double* v,
+                       const double* d, double* ahead);
+    // Impulses `change` (N s, N m s) more on the free numbers: they move the block's target, and
+    // with it the gradient, energy and scale [1] at v. Returns the lanes that have any.
+    std::uint32_t (*push)(const RodBlock& block, const double* change, const double* v,
+                          double* target, double* gradient, double* energy, double* scale);
+    // x += h v and v_t0 = v in the given lanes; with the midpoint rule v_t0 = 2 v - v_t0 of what is
+    // free. Lanes with a number that is not finite are left as they are, at rest; returns them.
+    std::uint32_t (*move)(const RodBlock& block, std::uint32_t moving, double h, bool midpoint,
+                          const double* v, double* x, double* v_t0);
     // to = from in the given lanes, [count].
     void (*keep)(std::size_t count, std::uint32_t lanes_kept, const double* from, double* to);
 };

@@ -411,6 +411,94 @@ void apply_inverse(std::size_t first, std::size_t rows, const double* band, doub
 }
 
 template <class Real>
+void prepare(const RodBlock& block, const RodPull& pull, double* weight, double* target,
+             double* reach) {
+    constexpr std::size_t lanes = Real::width;
+    const Real h(block.step);
+    Real farthest(0.0);
+    for (std::size_t i = 0; i < block.vertex_count; ++i)
+#pragma GCC unroll 4
+        for (std::size_t c = 0; c < 4; ++c) {
+            const std::size_t at = (4 * i + c) * lanes;
+            const Real x = Real::load(block.x_t0 + at), m = Real::load(pull.mass + at);
+            const Real drag = h * Real::load(pull.drag + at);
+            const Real spring = h * Real::load(pull.spring + at);
+            if (c < 3) farthest = max(farthest, abs(x));
+            const Real fall(c < 3 ? block.step * pull.gravity[c] : 0);
+            const Real air(c < 3 ? pull.air[c] : 0);
+            const Real sum = m + drag + h * spring;
+            sum.store(weight + at);
+            const Real kick = m * (Real::load(block.v_t0 + at) + fall) + drag * air +
+                              h * Real::load(pull.force + at) +
+                              spring * (Real::load(pull.spring_target + at) - x);
+            (kick / sum).store(target + at);
+        }
+    farthest.store(reach);
+}
+
+template <class Real>
+void look_ahead(const RodBlock& block, std::uint32_t moving, const double* v, const double* d,
+                double* ahead) {
+    constexpr std::size_t lanes = Real::width;
+    const Real zero(0.0);
+    const auto mask = mask_from_bits(zero, moving);
+    for (std::size_t at = 0; at < 4 * block.vertex_count * lanes; at += lanes)
+        (Real::load(v + at) + select(mask, Real::load(d + at), zero)).store(ahead + at);
+}
+
+template <class Real>
+std::uint32_t push(const RodBlock& block, const double* change, const double* v, double* target,
+                   double* gradient, double* energy, double* scale) {
+    constexpr std::size_t lanes = Real::width;
+    const Real zero(0.0);
+    Real sum = Real::load(energy), size = Real::load(scale);
+    std::uint32_t pushed = 0;
+    for (std::size_t r = 0; r < 4 * static_cast<std::size_t>(block.vertex_count); ++r) {
+        const std::size_t at = r * lanes;
+        const Real whole = Real::load(change + at);
+        const auto mask =
+            ((whole < zero) | (whole > zero)) & mask_from_bits(zero, block.free_lanes[r]);
+        if (bits(mask) == 0) continue;
+        pushed |= bits(mask);
+        const Real kick = select(mask, whole, zero);
+        const Real weight = select(mask, Real::load(block.weight + at), Real(1.0));
+        (Real::load(target + at) + kick / weight).store(target + at);
+        (Real::load(gradient + at) - kick).store(gradient + at);
+        const Real term = kick * (Real::load(v + at) - Real::load(block.v_t0 + at));
+        sum = sum - term;
+        size = size + abs(term);
+    }
+    sum.store(energy);
+    size.store(scale);
+    return pushed;
+}
+
+template <class Real>
+std::uint32_t move(const RodBlock& block, std::uint32_t moving, double h, bool midpoint,
+                   const double* v, double* x, double* v_t0) {
+    constexpr std::size_t lanes = Real::width;
+    const std::size_t numbers = 4 * block.vertex_count * lanes;
+    const Real zero(0.0), step(h);
+    Real size = zero;
+    for (std::size_t at = 0; at < numbers; at += lanes)
+        size = size + abs(Real::load(v + at)) + abs(Real::load(x + at));
+    const std::uint32_t finite = bits(size < Real(HUGE_VAL));
+    const std::uint32_t lost = moving & ~finite;
+    const auto mask = mask_from_bits(zero, moving & finite), stopped = mask_from_bits(zero, lost);
+    for (std::size_t at = 0; at < numbers; at += lanes) {
+        const Real now = Real::load(v + at), before = Real::load(v_t0 + at),
+                   place = Real::load(x + at);
+        Real after = now;
+        if (midpoint)
+            after = select(mask_from_bits(zero, block.free_lanes[at / lanes]),
+                           Real(2.0) * now - before, now);
+        select(mask, place + step * now, place).store(x + at);
+        select(mask, after, select(stopped, zero, before)).store(v_t0 + at);
+    }
+    return lost;
+}
+
+template <class Real>
 void keep(std::size_t count, std::uint32_t lanes_kept, const double* from, double* to) {
     constexpr std::size_t lanes = Real::width;
     const auto mask = mask_from_bits(Real(0.0), lanes_kept);
@@ -422,8 +510,18 @@ void keep(std::size_t count, std::uint32_t lanes_kept, const double* from, doubl
 
 template <class Real>
 constexpr RodPasses make_passes() {
-    return {static_cast<std::uint32_t>(Real::width), &evaluate<Real>, &measure<Real>, &assemble<Real>,
-            &factor<Real>, &solve<Real>, &apply_inverse<Real>, &keep<Real>};
+    return {static_cast<std::uint32_t>(Real::width),
+            &prepare<Real>,
+            &evaluate<Real>,
+            &measure<Real>,
+            &assemble<Real>,
+            &factor<Real>,
+            &solve<Real>,
+            &apply_inverse<Real>,
+            &look_ahead<Real>,
+            &push<Real>,
+            &move<Real>,
+            &keep<Real>};
 }
 
 }  // namespace

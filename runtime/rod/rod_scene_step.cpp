@@ -67,16 +67,12 @@ ContactProblem problem(const RodSolver& solver, const RodPart& part, double whol
 void gather_velocity(RodSolver& solver) {
     RodStepper& r = solver.r;
     const RodBlocks& blocks = solver.blocks;
-    const std::uint32_t lanes = solver.lanes;
     const auto count = static_cast<std::ptrdiff_t>(blocks.block_count());
 #pragma omp parallel for num_threads(solver.threads()) schedule(static)
     for (std::ptrdiff_t b = 0; b < count; ++b) {
         RodWorkspace& w = *r.work[b];
-        const std::size_t begin = blocks.block_first[b], size = blocks.block_first[b + 1] - begin;
-        const double* d = w.direction_rows(lanes);
-        for (std::size_t i = 0; i < size; i += lanes)
-            for (std::uint32_t l = 0; l < lanes; ++l)
-                r.contact_v[begin + i + l] = w.v[i + l] + (has(w.running, l) ? d[i + l] : 0.0);
+        solver.passes.look_ahead(w.block, w.running, w.v.data(), w.direction_rows(solver.lanes),
+                                 r.contact_v.data() + blocks.block_first[b]);
     }
 }
 

@@ -109,24 +109,18 @@ void RodSolver::prepare(RodWorkspace& w, std::size_t b, const RodPart& part) {
     std::copy_n(blocks.ends.data() + b * 12 * lanes, 12 * lanes, w.ends.data());
     w.block.weight = w.weight.data();
     w.block.target = w.target.data();
-    w.reach.fill(0);
-    for (std::size_t i = 0; i < 4 * count; ++i) {
-        const std::size_t c = i % 4;
-        for (std::size_t l = 0; l < lanes && c < 3; ++l)
-            w.reach[l] = std::max(w.reach[l], std::fabs(blocks.x[begin + i * lanes + l]));
-        const double g = c < 3 ? r.settings.gravity[c] : 0;
-        const double air = c < 3 ? r.settings.air_velocity[c] : 0;
-        for (std::size_t l = 0; l < lanes; ++l) {
-            const std::size_t k = i * lanes + l, at = begin + k;
-            const double m = blocks.mass[at], drag = h * blocks.drag[at];
-            const double spring = h * blocks.spring[at];
-            const double weight = m + drag + h * spring;
-            w.weight[k] = weight;
-            w.target[k] = (m * (blocks.v[at] + h * g) + drag * air + h * blocks.force[at] +
-                           spring * (blocks.spring_target[at] - blocks.x[at])) /
-                          weight;
-        }
+    RodPull pull{blocks.mass.data() + begin,
+                 blocks.drag.data() + begin,
+                 blocks.spring.data() + begin,
+                 blocks.spring_target.data() + begin,
+                 blocks.force.data() + begin,
+                 {},
+                 {}};
+    for (std::size_t c = 0; c < 3; ++c) {
+        pull.gravity[c] = r.settings.gravity[c];
+        pull.air[c] = r.settings.air_velocity[c];
     }
+    passes.prepare(w.block, pull, w.weight.data(), w.target.data(), w.reach.data());
     bool viscous = false;
     for (std::uint32_t l = 0; l < lanes; ++l) {
         const std::uint32_t s = blocks.strand_of_lane[b * lanes + l];
@@ -235,24 +229,10 @@ void RodSolver::begin(RodWorkspace& w, std::size_t b, std::uint32_t mask, const 
 void RodSolver::commit(RodWorkspace& w, std::size_t b, std::uint32_t mask, const RodPart& part) {
     const std::size_t begin = blocks.block_first[b], count = blocks.rows(b);
     const bool midpoint = r.settings.integrator == RodIntegrator::midpoint;
-    const std::uint8_t* free = blocks.free_lanes.data() + begin / lanes;
-    PerLane<double> sum{};
-    for (std::size_t k = 0; k < 4 * count * lanes; ++k)
-        sum[k % lanes] += std::fabs(w.v[k]) + std::fabs(blocks.x[begin + k]);
-    for (std::uint32_t l = 0; l < lanes; ++l) {
-        if (!has(mask, l) || std::isfinite(sum[l])) continue;
-        mask &= ~(1u << l);
-        w.lost |= 1u << l;
-        for (std::size_t i = 0; i < 4 * count; ++i) blocks.v[begin + i * lanes + l] = 0;
-    }
-    for (std::size_t i = 0; i < 4 * count; ++i)
-        for (std::uint32_t l = 0; l < lanes; ++l) {
-            if (!has(mask, l)) continue;
-            const std::size_t k = i * lanes + l;
-            blocks.x[begin + k] += part.h * w.v[k];
-            blocks.v[begin + k] =
-                midpoint && has(free[i], l) ? 2 * w.v[k] - blocks.v[begin + k] : w.v[k];
-        }
+    const std::uint32_t lost = passes.move(w.block, mask, part.h, midpoint, w.v.data(),
+                                           blocks.x.data() + begin, blocks.v.data() + begin);
+    w.lost |= lost;
+    mask &= ~lost;
     passes.keep(count * kRodFrame, mask, w.frames.data(),
                 blocks.frames.data() + blocks.first_row(b) * kRodFrame * lanes);
     passes.keep(12, mask, w.ends.data(), blocks.ends.data() + b * 12 * lanes);
