@@ -1,7 +1,7 @@
 // Sweeps over all contacts.
 #include "runtime/contact/coulomb.h"
 #include "runtime/contact/gauss_seidel_memory.h"
-#include "runtime/contact/spin_barrier.h"
+#include "runtime/contact/spin_wait.h"
 
 #include <algorithm>
 #include <cmath>
@@ -98,6 +98,7 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
     for (const Memory::Bucket& bucket : m.buckets) keep(bucket);
     m.impulse_before.assign(m.best_impulse.begin(), m.best_impulse.end());
     SpinBarrier barrier;
+    SpinTurns turns[kGroups];
     // Every thread decides the same from the same sums, in the same order.
 #pragma omp parallel num_threads(settings.threads) firstprivate(best, best_sweep, last_square)
     {
@@ -106,23 +107,24 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
 #pragma omp single
         m.share_out(team);
         const auto meet = [&] { barrier.wait(team); };
-        const auto each = [&](std::size_t first, std::size_t last, auto&& body) {
-            for (std::size_t k = first; k < last; ++k)
+        const auto each = [&](auto&& body) {
+            for (std::size_t k = 0; k < buckets; ++k)
                 if (m.owner[k] == thread) body(k);
         };
         double least = report.start;  // of those kept
         for (std::uint32_t sweeps = 1;; ++sweeps) {
-            for (std::size_t first = 0; first < buckets;) {
-                std::size_t last = first;
-                while (last < buckets && m.buckets[last].phase == m.buckets[first].phase) ++last;
-                each(first, last, [&](std::size_t b) {
-                    kernels.sweep(view, m.buckets[b].first_batch, m.buckets[b].last_batch);
-                });
-                meet();
-                first = last;
-            }
+            each([&](std::size_t b) {
+                const Memory::Bucket& bucket = m.buckets[b];
+                const std::uint32_t groups = bucket.group[0] == bucket.group[1] ? 1 : 2;
+                for (std::uint32_t g = 0; g < groups; ++g)
+                    turns[bucket.group[g]].wait_for((sweeps - 1) * m.group_turns[bucket.group[g]] +
+                                                    bucket.turn[g]);
+                kernels.sweep(view, bucket.first_batch, bucket.last_batch);
+                for (std::uint32_t g = 0; g < groups; ++g) turns[bucket.group[g]].end();
+            });
             if (sweeps % kResidualEvery == 0 || sweeps >= settings.most_sweeps) {
-                each(0, buckets, [&](std::size_t b) {
+                meet();
+                each([&](std::size_t b) {
                     m.bucket_sum[b] =
                         kernels.residual(view, m.buckets[b].first_batch, m.buckets[b].last_batch);
                 });
@@ -145,17 +147,17 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
                 }
                 if (residual < least) {
                     least = residual;
-                    each(0, buckets, [&](std::size_t b) { keep(m.buckets[b]); });
+                    each([&](std::size_t b) { keep(m.buckets[b]); });
                 }
                 if (settings.leeway > 0 && sweeps % kEaseEvery == 0) {
-                    each(0, buckets, [&](std::size_t b) {
+                    each([&](std::size_t b) {
                         kernels.ease(view, m.buckets[b].first_batch, m.buckets[b].last_batch,
                                      settings.leeway);
                     });
                     last_square = std::numeric_limits<double>::infinity();
                 }
             }
-            each(0, buckets, [&](std::size_t b) {
+            each([&](std::size_t b) {
                 m.bucket_square[b] =
                     kernels.square(view, m.buckets[b].first_batch, m.buckets[b].last_batch,
                                    m.impulse_before.data());
@@ -167,7 +169,7 @@ GaussSeidelReport GaussSeidel::solve(std::span<const ContactLaw> laws, std::span
             const double along =
                 square < kUphill * last_square ? std::min(1.0, square / last_square) : 0;
             last_square = square;
-            each(0, buckets, [&](std::size_t b) {
+            each([&](std::size_t b) {
                 kernels.carry_impulses(view, m.buckets[b].first_batch, m.buckets[b].last_batch,
                                        along, m.impulse_before.data(), m.impulse_along.data());
             });

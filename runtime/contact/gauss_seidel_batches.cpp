@@ -55,10 +55,20 @@ void GaussSeidel::Memory::fill_batches(std::span<const ContactLaw> laws,
     }
     for (std::uint32_t i = 0; i < kBuckets * kKinds; ++i) count[i + 1] += count[i];
     buckets.clear();
-    for (std::uint32_t i = 0; i < kBuckets; ++i)
-        if (count[(i + 1) * kKinds] > count[i * kKinds])
-            buckets.push_back({i / (kGroups * kGroups), i / kGroups % kGroups, i % kGroups,
-                               count[i * kKinds], count[(i + 1) * kKinds], 0, 0});
+    std::ranges::fill(group_turns, 0u);
+    for (std::uint32_t i = 0; i < kBuckets; ++i) {
+        if (count[(i + 1) * kKinds] == count[i * kKinds]) continue;
+        const std::uint32_t a = i / kGroups % kGroups, b = i % kGroups;
+        buckets.push_back({i / (kGroups * kGroups),
+                           {a, b},
+                           {group_turns[a], group_turns[b]},
+                           count[i * kKinds],
+                           count[(i + 1) * kKinds],
+                           0,
+                           0});
+        ++group_turns[a];
+        if (a != b) ++group_turns[b];
+    }
     order.resize(contacts);
     for (std::size_t c = 0; c < contacts; ++c)
         order[count[bucket_of[c]]++] = static_cast<std::uint32_t>(c);
@@ -131,8 +141,8 @@ void GaussSeidel::Memory::share_out(std::uint32_t team) {
         // Those between the groups of two threads go where there is less to do.
         for (const bool between : {false, true})
             for (std::size_t b = first; b < last; ++b) {
-                const std::uint32_t one = owner_of(buckets[b].first_group, team),
-                                    other = owner_of(buckets[b].second_group, team);
+                const std::uint32_t one = owner_of(buckets[b].group[0], team),
+                                    other = owner_of(buckets[b].group[1], team);
                 if ((one != other) == between) give(b, load[other] < load[one] ? other : one);
             }
         first = last;

@@ -47,9 +47,10 @@ struct GaussSeidel::Memory {
         std::size_t columns, state;
     };
     // The contacts between two groups of strands, or within one. Those of a phase share no strand
-    // and may be swept beside each other.
+    // and may be swept beside each other; a group's own come in the order of the phases.
     struct Bucket {
-        std::uint32_t phase, first_group, second_group;
+        std::uint32_t phase, group[2];
+        std::uint32_t turn[2];                      // which of its group's in a sweep
         std::uint32_t first_contact, last_contact;  // in `order`
         std::uint32_t first_batch, last_batch;
     };
@@ -76,6 +77,7 @@ struct GaussSeidel::Memory {
     std::vector<std::uint32_t> batch_of;  // 8 * batch + lane of each contact
     std::vector<Bucket> buckets;
     std::vector<double> bucket_sum, bucket_square;
+    std::uint32_t group_turns[kGroups];    // buckets of each group
     std::size_t group_state[kGroups + 1];  // where the numbers of each group's strands begin
     std::vector<std::uint32_t> owner;      // [buckets] thread of the running solve
     std::vector<std::uint32_t> count, bucket_of, order;
