@@ -20,6 +20,12 @@ double distance_of(const ContactStrands& strands, const DetectionSettings& setti
                                          : strands.radius[e] + strands.radius[f];
 }
 
+double half_distance(const ContactStrands& strands, const DetectionSettings& settings,
+                     std::size_t e) {
+    const auto edge = static_cast<std::uint32_t>(e);
+    return 0.5 * distance_of(strands, settings, edge, edge);
+}
+
 }  // namespace
 
 struct Detection::Memory {
@@ -62,6 +68,9 @@ struct Detection::Memory {
     }
 
     bool mark_moved(const ContactStrands& strands, const DetectionSettings& settings, bool again);
+    bool must_search(const ContactStrands& strands, bool again) const;
+    void begin_search(const ContactStrands& strands, const DetectionSettings& settings);
+    void place_edges(const ContactStrands& strands, const DetectionSettings& settings, bool search);
     void find_pairs(const ContactStrands& strands, const DetectionSettings& settings, bool again);
     void look_at(const ContactStrands& strands, const DetectionSettings& settings,
                  const BoxPair& pair, std::vector<FoundContact>& out) const;
@@ -128,8 +137,7 @@ bool Detection::Memory::mark_moved(const ContactStrands& strands, const Detectio
     reduction(|                                                                      \
               : any)
     for (std::size_t e = 0; e < edges; ++e) {
-        const double stays = kStays * distance_of(strands, settings, static_cast<std::uint32_t>(e),
-                                                  static_cast<std::uint32_t>(e));
+        const double stays = kStays * 2 * half_distance(strands, settings, e);
         auto mark = [&](std::uint32_t v) {
             moved[v] = squared_length(strands.x_t1[v] - seen_t1[v]) > stays * stays;
             if (!moved[v]) return;
@@ -143,51 +151,52 @@ bool Detection::Memory::mark_moved(const ContactStrands& strands, const Detectio
     return any != 0;
 }
 
-// Makes `near` and `changed` of the chunks.
-void Detection::Memory::find_pairs(const ContactStrands& strands, const DetectionSettings& settings,
-                                   bool again) {
-    const std::size_t edges = strands.edge_count(), vertices = strands.vertex_count();
-    const int threads = std::max(1, settings.threads);
-    auto half_distance = [&](std::size_t e) {
-        const auto edge = static_cast<std::uint32_t>(e);
-        return 0.5 * distance_of(strands, settings, edge, edge);
-    };
-    bool search = !again || searched_t1.size() != vertices;  // colliders alone before
-    if (!search) {
-        double farthest = 0;
-        for (std::size_t i = 0; i < vertices; ++i)
-            if (moved[i])
-                farthest = std::max(farthest, squared_length(strands.x_t1[i] - searched_t1[i]));
-        search = std::sqrt(farthest) > margin;
+// Whether pairs must be looked for anew: a vertex ends farther from where the last search of this
+// step had it than that allowed for.
+bool Detection::Memory::must_search(const ContactStrands& strands, bool again) const {
+    if (!again || searched_t1.size() != strands.vertex_count())
+        return true;  // colliders alone before
+    double farthest = 0;
+    for (std::size_t i = 0; i < searched_t1.size(); ++i)
+        if (moved[i])
+            farthest = std::max(farthest, squared_length(strands.x_t1[i] - searched_t1[i]));
+    return std::sqrt(farthest) > margin;
+}
+
+void Detection::Memory::begin_search(const ContactStrands& strands,
+                                     const DetectionSettings& settings) {
+    const std::size_t edges = strands.edge_count();
+    Vector3 lowest(1e300), highest(-1e300);
+    for (const Vector3& x : strands.x_t0) {
+        lowest = {std::min(lowest.x, x.x), std::min(lowest.y, x.y), std::min(lowest.z, x.z)};
+        highest = {std::max(highest.x, x.x), std::max(highest.y, x.y), std::max(highest.z, x.z)};
     }
-    if (search) {
-        Vector3 lowest(1e300), highest(-1e300);
-        for (const Vector3& x : strands.x_t0) {
-            lowest = {std::min(lowest.x, x.x), std::min(lowest.y, x.y), std::min(lowest.z, x.z)};
-            highest = {std::max(highest.x, x.x), std::max(highest.y, x.y),
-                       std::max(highest.z, x.z)};
-        }
-        centre = (lowest + highest) * 0.5;
-        arc.resize(vertices);
-        double largest = 0;
-        for (std::size_t e = 0; e < edges; ++e) {
-            const std::uint32_t v = strands.first_vertex[e];
-            if (e == 0 || strands.strand[e] != strands.strand[e - 1]) arc[v] = 0;
-            arc[v + 1] = arc[v] + length(strands.x_t0[v + 1] - strands.x_t0[v]);
-            largest = std::max(largest, half_distance(e));
-        }
-        searched_t1.assign(strands.x_t1.begin(), strands.x_t1.end());
-        margin = 2 * largest;  // each vertex may end this far from where this search has it
-        filter.resize(edges);
-        boxes.resize(edges);
-    }
-#pragma omp parallel for num_threads(threads) schedule(static)
+    centre = (lowest + highest) * 0.5;
+    arc.resize(strands.vertex_count());
+    double largest = 0;
     for (std::size_t e = 0; e < edges; ++e) {
+        const std::uint32_t v = strands.first_vertex[e];
+        if (e == 0 || strands.strand[e] != strands.strand[e - 1]) arc[v] = 0;
+        arc[v + 1] = arc[v] + length(strands.x_t0[v + 1] - strands.x_t0[v]);
+        largest = std::max(largest, half_distance(strands, settings, e));
+    }
+    searched_t1.assign(strands.x_t1.begin(), strands.x_t1.end());
+    margin = 2 * largest;  // each vertex may end this far from where this search has it
+    filter.resize(edges);
+    boxes.resize(edges);
+}
+
+// Where the edges are on their way: of those that have moved, or in a search of all, and then their
+// boxes.
+void Detection::Memory::place_edges(const ContactStrands& strands,
+                                    const DetectionSettings& settings, bool search) {
+#pragma omp parallel for num_threads(std::max(1, settings.threads)) schedule(static)
+    for (std::size_t e = 0; e < strands.edge_count(); ++e) {
         if (!search && !has_moved(strands, static_cast<std::uint32_t>(e))) continue;
         const std::uint32_t v = strands.first_vertex[e];
         const Vector3 p[4] = {strands.x_t0[v] - centre, strands.x_t0[v + 1] - centre,
                               strands.x_t1[v] - centre, strands.x_t1[v + 1] - centre};
-        const double half = half_distance(e);
+        const double half = half_distance(strands, settings, e);
         FilterEdge& f = filter[e];
         const double value[12] = {p[0].x,          p[0].y,          p[0].z,
                                   p[1].x,          p[1].y,          p[1].z,
@@ -212,6 +221,15 @@ void Detection::Memory::find_pairs(const ContactStrands& strands, const Detectio
             boxes[e].bound[3 + a] = static_cast<float>(most + grow);
         }
     }
+}
+
+// Makes `near` and `changed` of the chunks.
+void Detection::Memory::find_pairs(const ContactStrands& strands, const DetectionSettings& settings,
+                                   bool again) {
+    const int threads = std::max(1, settings.threads);
+    const bool search = must_search(strands, again);
+    if (search) begin_search(strands, settings);
+    place_edges(strands, settings, search);
     if (search) {
         broad.find_pairs(boxes, threads, pairs);
         if (chunks.size() < chunk_count()) chunks.resize(chunk_count());
