@@ -65,16 +65,16 @@ inline double take_out_mean_motion(MovingSegment& p, MovingSegment& q) {
            std::sqrt(std::max(squared_length(q.move_a), squared_length(q.move_b)));
 }
 
-// The positions at time t, less the mean motion of the pair.
+// The positions at time t.
 inline MovingSegment at_time(const MovingSegment& p, double t) {
     return {p.a + p.move_a * t, p.b + p.move_b * t, p.move_a, p.move_b};
 }
 
 // Of two segments. Along any unit n they are never nearer than the least n.(x - y) of an end x of p
 // and an end y of q, which changes evenly; n is the way between their closest points, where that
-// least is the distance itself. rate: m, of take_out_mean_motion.
-inline FirstContact first_segment_contact(const MovingSegment& p, const MovingSegment& q,
-                                          double rate, double delta) {
+// least is the distance itself.
+inline FirstContact first_segment_contact(MovingSegment p, MovingSegment q, double delta) {
+    const double rate = take_out_mean_motion(p, q);
     MovingSegment pt, qt;
     SegmentPair<double> pair;
     const auto distance_at = [&](double t) {
@@ -97,10 +97,6 @@ inline FirstContact first_segment_contact(const MovingSegment& p, const MovingSe
         return apart;
     };
     return first_contact(distance_at, apart_for, rate, delta);
-}
-inline FirstContact first_segment_contact(MovingSegment p, MovingSegment q, double delta) {
-    const double rate = take_out_mean_motion(p, q);
-    return first_segment_contact(p, q, rate, delta);
 }
 
 }  // namespace keratin

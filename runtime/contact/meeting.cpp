@@ -97,10 +97,9 @@ void meet_at(const MovingSegment& p, const MovingSegment& q, double delta, doubl
 
 }  // namespace
 
-Meetings meet_segments(MovingSegment p, MovingSegment q, double delta, double slack) {
+Meetings meet_segments(const MovingSegment& p, const MovingSegment& q, double delta, double slack) {
     Meetings out;
-    const double rate = take_out_mean_motion(p, q);
-    const FirstContact first = first_segment_contact(p, q, rate, delta);
+    const FirstContact first = first_segment_contact(p, q, delta);
     out.start_distance = first.start_distance;
     out.time = first.time;
     if (!first.found) return out;
@@ -115,10 +114,9 @@ bool apart_at_start(const MovingSegment& p, const MovingSegment& q, double s, do
     return dot(normal, mix(p.a, p.b, s) - mix(q.a, q.b, t)) >= 0.5 * distance;
 }
 
-bool meet_deeper(MovingSegment p, MovingSegment q, double distance, Meeting& out) {
+bool meet_deeper(const MovingSegment& p, const MovingSegment& q, double distance, Meeting& out) {
     if (!(distance > 0)) return false;
-    const double rate = take_out_mean_motion(p, q);
-    const FirstContact first = first_segment_contact(p, q, rate, distance);
+    const FirstContact first = first_segment_contact(p, q, distance);
     if (!first.found) return false;
     const MovingSegment pt = at_time(p, first.time), qt = at_time(q, first.time);
     const SegmentPair<double> pair = closest_segments(pt.a, pt.b, qt.a, qt.b);

@@ -33,7 +33,7 @@ struct Meetings {
 
 // The first moment at which segments p and q come within delta (m), and where; count 0: never.
 // slack: m, by which an end of a segment may be farther and count as the closest point.
-Meetings meet_segments(MovingSegment p, MovingSegment q, double delta, double slack);
+Meetings meet_segments(const MovingSegment& p, const MovingSegment& q, double delta, double slack);
 
 // Whether the points s of p and t of q begin the step on the two sides that the normal says: no
 // less apart along it than half the distance that the segments have. A normal found at the end of a
@@ -43,7 +43,7 @@ bool apart_at_start(const MovingSegment& p, const MovingSegment& q, double s, do
 
 // The first moment at which the segments come within distance (m), and where. With less than delta:
 // where they meet next while the contact that they met in first holds them off.
-bool meet_deeper(MovingSegment p, MovingSegment q, double distance, Meeting& out);
+bool meet_deeper(const MovingSegment& p, const MovingSegment& q, double distance, Meeting& out);
 
 // The end of the step, where it is nearer than reach (m) by more than a tolerance (of delta) on the
 // side that `first` found; where they have turned past each other by then, the moment at which they
