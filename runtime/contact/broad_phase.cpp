@@ -123,7 +123,8 @@ void BroadPhase::sort_by_place(std::span<const Box> boxes, int threads) {
             least[a] = std::min(least[a], middle(box, a));
             most = std::max(most, middle(box, a));
         }
-        scale[a] = most > least[a] ? 1023.0f / (most - least[a]) : 0;
+        const float range = most - least[a];
+        scale[a] = range > 1e-30f ? 1023.0f / range : 0;
     }
     key_.resize(n), key_other_.resize(n), order_.resize(n), order_other_.resize(n);
 #pragma omp parallel for num_threads(threads) schedule(static)
@@ -186,7 +187,7 @@ void BroadPhase::find_pairs(std::span<const Box> boxes, int threads, std::vector
     const SearchKernels& kernels = search_kernels(instruction_set);
     const std::size_t chunks = (n + kChunk - 1) / kChunk;
     if (found_.size() < chunks) found_.resize(chunks);
-    std::vector<std::size_t> first(chunks + 1, 0);
+    first_.assign(chunks + 1, 0);
 #pragma omp parallel for num_threads(threads) schedule(dynamic)
     for (std::size_t c = 0; c < chunks; ++c) {
         const auto begin = static_cast<std::uint32_t>(c * kChunk);
@@ -197,14 +198,14 @@ void BroadPhase::find_pairs(std::span<const Box> boxes, int threads, std::vector
             kernels.search_grid(grid_, begin, end, sink);
         else
             kernels.search_tree(tree_, begin, end, sink);
-        first[c + 1] = static_cast<std::size_t>(sink.at - found.data());
+        first_[c + 1] = static_cast<std::size_t>(sink.at - found.data());
     }
-    std::partial_sum(first.begin(), first.end(), first.begin());
-    pairs.resize(first[chunks]);
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    pairs.resize(first_[chunks]);
 #pragma omp parallel for num_threads(threads) schedule(static)
     for (std::size_t c = 0; c < chunks; ++c)
-        std::copy_n(found_[c].begin(), first[c + 1] - first[c],
-                    pairs.begin() + static_cast<std::ptrdiff_t>(first[c]));
+        std::copy_n(found_[c].begin(), first_[c + 1] - first_[c],
+                    pairs.begin() + static_cast<std::ptrdiff_t>(first_[c]));
 }
 
 }  // namespace keratin

@@ -35,7 +35,8 @@ class BroadPhase {
     GridView grid_{};
     std::vector<std::vector<BoxBlock>> levels_;
     TreeView tree_{};
-    std::vector<std::vector<BoxPair>> found_;
+    std::vector<std::vector<BoxPair>> found_;  // by each chunk of boxes
+    std::vector<std::size_t> first_;           // where in `pairs` each chunk's begin
 };
 
 }  // namespace keratin

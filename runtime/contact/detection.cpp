@@ -231,7 +231,8 @@ void Detection::Memory::find_pairs(const ContactStrands& strands, const Detectio
     if (search) begin_search(strands, settings);
     place_edges(strands, settings, search);
     if (search) {
-        broad.find_pairs(boxes, threads, pairs);
+        broad.find_pairs(boxes, threads, pairs, BroadPhaseMethod::automatic,
+                         settings.instruction_set);
         if (chunks.size() < chunk_count()) chunks.resize(chunk_count());
     }
 
@@ -249,13 +250,13 @@ void Detection::Memory::find_pairs(const ContactStrands& strands, const Detectio
             changed.clear();
             if (search) {
                 near.clear();
-                keep_near_pairs(filter, all, near);
+                keep_near_pairs(filter, all, near, settings.instruction_set);
                 std::ranges::copy_if(near, std::back_inserter(changed), changes);
                 continue;
             }
             waiting.clear();
             std::ranges::copy_if(all, std::back_inserter(waiting), changes);
-            keep_near_pairs(filter, waiting, changed);
+            keep_near_pairs(filter, waiting, changed, settings.instruction_set);
             std::erase_if(near, changes);
             near.insert(near.end(), changed.begin(), changed.end());
         }

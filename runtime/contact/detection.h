@@ -20,6 +20,7 @@ struct DetectionSettings {
     // has its normal and points taken anew there (refresh_contacts).
     double end_tolerance = 3e-3;
     int threads = 1;
+    InstructionSet instruction_set = InstructionSet::automatic;  // of the search
 };
 
 // A contact as found, placed by its first moment.

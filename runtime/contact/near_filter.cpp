@@ -23,6 +23,7 @@ struct Batch {
     // Gives those that may meet to `out` and is empty.
     template <class Out>
     void sift(const SearchKernels& kernels, int rounds, Out&& out) {
+        if (count == 0) return;
         std::uint32_t may = kernels.may_meet(lanes, limit, rounds);
         if (count < kLanes) may &= (1u << count) - 1;
         count = 0;
@@ -36,6 +37,7 @@ void keep_near_pairs(std::span<const FilterEdge> edges, std::span<const BoxPair>
                      std::vector<BoxPair>& kept, InstructionSet instruction_set) {
     constexpr int kRounds = 8;
     constexpr std::size_t kAhead = 24;  // pairs
+    if (pairs.empty()) return;
     const SearchKernels& kernels = search_kernels(instruction_set);
     Batch all, near;  // most are far apart at once; the rest is looked at more closely
     const auto keep = [&](const BoxPair& p) { kept.push_back(p); };

@@ -170,7 +170,10 @@ KERATIN_ALWAYS_INLINE Room room_after(const Motion& m, Boxes t, Boxes rate) {
         (sine_least <= det) & (-slack < s) & (s < det + slack) & (-slack < u) & (u < det + slack);
     way = select(inside, nearer(way, {n * share, wn * share}), way);
     const Boxes sag = select(det < sine_least, sqrt(nn * inverse(max(aa, bb))), none);
-    const Boxes d = sqrt(way.square) - sag;
+    // The smaller the sine, the more is lost of the lines' distance: four roundings of the numbers
+    // that it is made of, over the sine.
+    const Boxes lost = sqrt(Boxes(1.8e-13f) * (aa + bb + dot(w, w)) * (aa * bb * inverse(nn)));
+    const Boxes d = sqrt(way.square) - sag - select(inside, lost, none);
     // Along any unit vector the edges are at least as far apart as their ends, now or at the end,
     // whichever is less: in between each pair of ends changes evenly.
     const Boxes3 unit = way.way * inverse(sqrt(way.square));

@@ -344,6 +344,7 @@ std::size_t StrandContact::detect(const ContactProblem& problem, std::span<const
     settings.contact_distance = m.settings.contact_distance;
     settings.between_strands = m.settings.between_strands;
     settings.threads = m.detection_threads();
+    settings.instruction_set = m.settings.instruction_set;
     const ContactStrands strands = m.view();
     m.write_back();
     const std::span<const FoundContact> found =

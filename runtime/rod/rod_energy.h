@@ -38,7 +38,7 @@ KERATIN_LANE_INLINE EdgeGeometry<Real> edge_geometry(const Vector3<Real>& edge) 
 
 // The director a, perpendicular to `from`, carried by the minimal rotation from -> to; exactly
 // perpendicular to `to`, of unit length to the rounding of its sums. cosine: from.to; inverse: 1
-// over 1 + cosine, or over kFoldLimit where that is less.
+// over 1 + cosine, any number where that is less than kFoldLimit.
 template <class Real>
 KERATIN_LANE_INLINE Vector3<Real> carry_director(const Vector3<Real>& from, const Vector3<Real>& to,
                                                  const Vector3<Real>& a, const Real& cosine,

@@ -6,6 +6,8 @@
 #include "runtime/rod/rod_energy.h"
 #include "runtime/rod/rod_pass.h"
 
+#include <limits>
+
 namespace keratin {
 namespace {
 
@@ -456,15 +458,17 @@ std::uint32_t push(const RodBlock& block, const double* change, const double* v,
     for (std::size_t r = 0; r < 4 * static_cast<std::size_t>(block.vertex_count); ++r) {
         const std::size_t at = r * lanes;
         const Real whole = Real::load(change + at);
-        const auto mask =
-            ((whole < zero) | (whole > zero)) & mask_from_bits(zero, block.free_lanes[r]);
+        // Anything but 0: what is not a number shall be seen, too.
+        const auto none = abs(whole) < Real(std::numeric_limits<double>::denorm_min());
+        const auto mask = mask_from_bits(zero, block.free_lanes[r]) & !none;
         if (bits(mask) == 0) continue;
         pushed |= bits(mask);
         const Real kick = select(mask, whole, zero);
         const Real weight = select(mask, Real::load(block.weight + at), Real(1.0));
         (Real::load(target + at) + kick / weight).store(target + at);
         (Real::load(gradient + at) - kick).store(gradient + at);
-        const Real term = kick * (Real::load(v + at) - Real::load(block.v_t0 + at));
+        const Real term =
+            select(mask, kick * (Real::load(v + at) - Real::load(block.v_t0 + at)), zero);
         sum = sum - term;
         size = size + abs(term);
     }

@@ -597,6 +597,19 @@ Result<void> RodSimulation::restore(std::span<const std::byte> state) {
         all_possible = all_possible && possible(number);
     }
     if (!all_possible) return bad("state", "holds numbers that no simulation has");
+    // Steps keep directors at unit length (0 on an edge of no length); they cannot bring one back.
+    const std::byte* frames = p + (b.x.size() + b.v.size()) * sizeof(double);
+    for (std::size_t s = 0; s < strand_count(); ++s)
+        for (std::size_t i = 0; i < b.edge_count_of(s); ++i) {
+            double square = 0;
+            for (std::size_t c = 3; c < 6; ++c) {
+                double number;
+                std::memcpy(&number, frames + b.frame_index(s, i, c) * sizeof(number),
+                            sizeof(number));
+                square += number * number;
+            }
+            if (square > 1.001) return bad("state", "holds frames that no simulation has");
+        }
     const auto get = [&](void* to, std::size_t n) {
         std::memcpy(to, p, n);
         p += n;

@@ -4,6 +4,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <random>
 
 using namespace keratin;
@@ -19,6 +21,20 @@ struct Edges {
 
 constexpr double kRadius = 5e-5;
 
+FilterEdge filter_edge(const MovingSegment& e, std::uint32_t strand, double radius = kRadius) {
+    FilterEdge f{};
+    const Vector3 parts[4] = {e.a, e.b, e.move_a, e.move_b};
+    for (int k = 0; k < 4; ++k) {
+        f.value[3 * k] = static_cast<float>(parts[k].x);
+        f.value[3 * k + 1] = static_cast<float>(parts[k].y);
+        f.value[3 * k + 2] = static_cast<float>(parts[k].z);
+    }
+    f.half_distance = static_cast<float>(radius);
+    for (const float v : f.value) f.error = std::max(f.error, 6e-7f * std::fabs(v));
+    f.strand = strand;
+    return f;
+}
+
 Edges random_edges(std::uint32_t count, double move, bool parallel) {
     std::mt19937 random(static_cast<unsigned>(count) + parallel);
     std::uniform_real_distribution<double> unit(-1, 1);
@@ -29,19 +45,8 @@ Edges random_edges(std::uint32_t count, double move, bool parallel) {
         Vector3 along = parallel ? common + 1e-4 * any() : any();
         along *= 5e-3 / length(along);
         const Vector3 a = (parallel ? 4e-3 : 8e-3) * any();
-        const MovingSegment e{a, a + along, move * any(), move * any()};
-        out.exact.push_back(e);
-        FilterEdge f{};
-        const Vector3 parts[4] = {e.a, e.b, e.move_a, e.move_b};
-        for (int k = 0; k < 4; ++k) {
-            f.value[3 * k] = static_cast<float>(parts[k].x);
-            f.value[3 * k + 1] = static_cast<float>(parts[k].y);
-            f.value[3 * k + 2] = static_cast<float>(parts[k].z);
-        }
-        f.half_distance = static_cast<float>(kRadius);
-        f.error = 1e-8f;
-        f.strand = i;
-        out.filter.push_back(f);
+        out.exact.push_back({a, a + along, move * any(), move * any()});
+        out.filter.push_back(filter_edge(out.exact.back(), i));
         for (std::uint32_t j = 0; j < i; ++j) out.pairs.push_back({j, i});
     }
     return out;
@@ -80,4 +85,33 @@ TEST_CASE("the same pairs are kept on every instruction set") {
         keep_near_pairs(edges.filter, edges.pairs, kept, set);
         CHECK(kept == automatic);
     }
+}
+
+TEST_CASE("long edges that cross at a small angle and only just touch are kept") {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> unit(-1, 1);
+    auto any = [&] { return Vector3(unit(random), unit(random), unit(random)); };
+    std::vector<FilterEdge> edges;
+    std::vector<BoxPair> pairs, kept;
+    constexpr std::uint32_t kPairs = 20'000;
+    constexpr double kThin = 1.5e-5;
+    for (std::uint32_t i = 0; i < kPairs; ++i) {
+        // Through two points a contact distance apart, across the way between them.
+        Vector3 along = any();
+        along *= 1 / length(along);
+        const Vector3 side = any_perpendicular(along), out = cross(along, side);
+        const double sine = std::pow(10.0, -2.5 + unit(random));
+        const Vector3 other = along + sine * side;
+        const Vector3 place = 5e-3 * any(), away = 2 * kThin * (1 - 1e-4) * out;
+        const auto edge = [&](const Vector3& through, const Vector3& way) {
+            const double before = 0.025 * (1 + unit(random)), after = 0.025 * (1 + unit(random));
+            return MovingSegment{through - before * way, through + after * way, Vector3(0),
+                                 Vector3(0)};
+        };
+        edges.push_back(filter_edge(edge(place, along), 2 * i, kThin));
+        edges.push_back(filter_edge(edge(place + away, other), 2 * i + 1, kThin));
+        pairs.push_back({2 * i, 2 * i + 1});
+    }
+    keep_near_pairs(edges, pairs, kept);
+    CHECK(kept.size() == kPairs);
 }

@@ -1,13 +1,15 @@
 // The whole objective of a step against finite differences: inertia, drag and springs (in weight and
 // target), stretch, bend and twist with elliptic sections and rest values (where viscosity goes as
 // well), clamps at both ends, strands of different lengths side by side.
-#include "runtime/rod/rod_blocks.h"
 #include "runtime/rod/rod_pass.h"
+
+#include "runtime/rod/rod_blocks.h"
 
 #include <catch2/catch.hpp>
 
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <random>
 
 using namespace keratin;
@@ -173,4 +175,18 @@ TEST_CASE("a step's gradient and Hessian agree with finite differences at nearly
     const Worst worst = compare(folded_way, 1e-6);
     CHECK(worst.gradient < 1e-6);
     CHECK(worst.hessian < 1e-5);
+}
+
+TEST_CASE("an impulse that is not a number is felt by its own strand alone") {
+    Problem p([](Problem&, std::size_t) { return Double3{1, 0, 0}; });
+    const std::size_t row = 4 * 2 + 1;
+    AlignedDoubles change(p.v.size()), gradient(p.v.size()), energy(p.lanes), scale(p.lanes);
+    change[row * p.lanes] = std::numeric_limits<double>::quiet_NaN();
+    if (p.lanes > 2) p.v[row * p.lanes + 2] = std::numeric_limits<double>::infinity();
+    const std::uint32_t pushed = p.passes.push(p.block, change.data(), p.v.data(), p.target.data(),
+                                               gradient.data(), energy.data(), scale.data());
+    CHECK(pushed == 1);
+    CHECK(std::isnan(gradient[row * p.lanes]));
+    CHECK(std::isnan(energy[0]));
+    for (std::size_t l = 1; l < p.lanes; ++l) CHECK(energy[l] == 0);
 }

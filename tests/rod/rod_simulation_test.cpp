@@ -200,6 +200,28 @@ TEST_CASE("a restored simulation continues bit by bit") {
     CHECK(!b.restore(bytes));
 }
 
+TEST_CASE("a state with directors that no simulation has is refused") {
+    RodSimulation rods = make(assorted(2), {});
+    const auto state = rods.save();
+    // Numbers of the state times 3, one at a time: x, v and the frames of a straight start hold
+    // numbers of any size, but a director three times as long is none.
+    std::size_t refused = 0;
+    for (std::size_t at = 0; at + sizeof(double) <= state.size(); at += sizeof(double)) {
+        auto changed = state;
+        double number;
+        std::memcpy(&number, changed.data() + at, sizeof number);
+        if (!(std::fabs(number) > 0.9 && std::fabs(number) <= 1)) continue;
+        number *= 3;
+        std::memcpy(changed.data() + at, &number, sizeof number);
+        const auto result = rods.restore(changed);
+        if (result) continue;
+        ++refused;
+        CHECK_THAT(to_string(result.error()), Catch::Contains("frames that no simulation has"));
+    }
+    CHECK(refused > 0);
+    CHECK(rods.restore(state));
+}
+
 TEST_CASE("full and quasi Newton find the same step") {
     const auto strands = calm(8);
     RodSettings quasi, full;
