@@ -91,6 +91,9 @@ int main(int argc, char** argv) {
         ->check(CLI::Range(1, 256));
     app.add_flag("--json", json, "One JSON document on standard output");
     app.add_flag("--quiet", quiet, "Print nothing for people");
+    app.footer(
+        "Exit codes: 0 every bound that holds on this machine is met, 1 one is missed, 2 wrong "
+        "usage.");
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
