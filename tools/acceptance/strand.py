@@ -4,7 +4,7 @@ import json
 import re
 import shlex
 
-from acceptance.demand import NotJudged, at_least, at_most, demand, equal_to
+from acceptance.demand import at_least, at_most, demand, equal_to, judged
 
 TEST = "build/release/tests/runtime/strand/test_strand"
 
@@ -46,8 +46,7 @@ def result(work, name, threads):
 def absolute(name, threads, bound):
     @demand(f"{name}, {threads} thread{'s' * (threads > 1)}", at_most(bound, "ms" if name.startswith("frame") else "ns"))
     def _(work):
-        row = result(work, name, threads)
-        return row["value"] if row["ok"] is not None else NotJudged(row["value"], "machine differs")
+        return judged(result(work, name, threads))
 
 
 def ratio(text, name, threads, bound):
