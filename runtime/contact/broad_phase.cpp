@@ -8,7 +8,6 @@
 namespace keratin {
 namespace {
 
-constexpr std::size_t kGridMost = 100'000;  // boxes; the tree is faster above
 constexpr std::uint32_t kChunk = 1024;      // boxes a thread takes at a time
 constexpr float kEmpty = std::numeric_limits<float>::infinity();
 
@@ -40,11 +39,13 @@ Box around(const BoxBlock& block) {
 
 }  // namespace
 
-// False when the boxes differ so much in size that a grid would search most of itself.
+// False when the boxes differ so much in size, or crowd so few of the cells, that a grid would
+// search most of itself.
 bool BroadPhase::build_grid(std::span<const Box> boxes, int threads) {
     const std::size_t n = boxes.size();
     constexpr float kLargestOverMean = 8;  // beyond it the searched rows are mostly empty
     constexpr double kCellsOverBoxes = 4;  // bounds the memory of a thinly filled grid
+    constexpr double kCrowd = 64;          // boxes that share the mean box's cell
     double cells_total = 1;
     float size[3], range[3];
     GridView& g = grid_;
@@ -86,7 +87,13 @@ bool BroadPhase::build_grid(std::span<const Box> boxes, int threads) {
             (static_cast<std::size_t>(z) * g.cells[1] + y) * g.cells[0] + x);
         ++cell_start_[cell_of_[i] + 1];
     }
-    for (std::size_t c = 0; c < cells; ++c) cell_start_[c + 1] += cell_start_[c];
+    double together = 0;
+    for (std::size_t c = 0; c < cells; ++c) {
+        const double count = cell_start_[c + 1];
+        together += count * count;
+        cell_start_[c + 1] += cell_start_[c];
+    }
+    if (together > kCrowd * static_cast<double>(n)) return false;
     order_.resize(n);
     for (std::size_t i = n; i-- > 0;)
         order_[--cell_start_[cell_of_[i] + 1]] = static_cast<std::uint32_t>(i);
@@ -179,9 +186,7 @@ void BroadPhase::find_pairs(std::span<const Box> boxes, int threads, std::vector
     pairs.clear();
     const std::size_t n = boxes.size();
     if (n < 2) return;
-    bool grid = method == BroadPhaseMethod::grid ||
-                (method == BroadPhaseMethod::automatic && n <= kGridMost);
-    if (grid) grid = build_grid(boxes, threads);
+    const bool grid = method != BroadPhaseMethod::tree && build_grid(boxes, threads);
     if (!grid) build_tree(boxes, threads);
 
     const SearchKernels& kernels = search_kernels(instruction_set);

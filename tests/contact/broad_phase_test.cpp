@@ -76,6 +76,15 @@ TEST_CASE("boxes of very different size are found") {
     CHECK(sorted(found_by(b, BroadPhaseMethod::tree, 1)) == expected);
 }
 
+TEST_CASE("a crowd is found that one box far away would put into a single cell") {
+    Boxes b = random_boxes(3000, 0.05f, 0, 17);
+    for (float& bound : b.back().bound) bound += 1e4f;
+    const std::vector<BoxPair> expected = brute_force(b);
+    for (const BroadPhaseMethod method :
+         {BroadPhaseMethod::automatic, BroadPhaseMethod::grid, BroadPhaseMethod::tree})
+        CHECK(sorted(found_by(b, method, 1)) == expected);
+}
+
 TEST_CASE("boxes in a plane, on a line and in one place are found") {
     for (int flat = 1; flat <= 3; ++flat) {
         Boxes b = random_boxes(500, 0.05f, 0, 3);
