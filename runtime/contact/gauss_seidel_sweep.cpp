@@ -1,23 +1,13 @@
 #include "runtime/contact/gauss_seidel_sweep.h"
 
+#include "runtime/lane/choose_kernels.h"
+
 namespace keratin {
 
-extern const SweepKernels sweep_kernels_baseline, sweep_kernels_avx2, sweep_kernels_avx512;
+KERATIN_DECLARE_KERNEL_SETS(SweepKernels, sweep_kernels);
 
 const SweepKernels& sweep_kernels(InstructionSet wanted) {
-#if defined(__x86_64__)
-    switch (usable_instruction_set(wanted)) {
-        case InstructionSet::avx512:
-            return sweep_kernels_avx512;
-        case InstructionSet::avx2:
-            return sweep_kernels_avx2;
-        default:
-            break;
-    }
-#else
-    (void)wanted;
-#endif
-    return sweep_kernels_baseline;
+    return KERATIN_CHOOSE_KERNELS(wanted, sweep_kernels);
 }
 
 }  // namespace keratin

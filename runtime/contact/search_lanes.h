@@ -210,12 +210,7 @@ std::uint32_t may_meet(const EdgePairs& pairs, const float* limits, int rounds) 
     }
 }
 
+constexpr SearchKernels kSearchKernels{&search_grid, &search_tree, &may_meet};
+
 }  // namespace
-
-const SearchKernels& search_kernels();
-const SearchKernels& search_kernels() {
-    static constexpr SearchKernels kernels{&search_grid, &search_tree, &may_meet};
-    return kernels;
-}
-
 }  // namespace keratin::KERATIN_ISA

@@ -129,11 +129,12 @@ struct Joint {
     Real w1_after, w2_after;           // omega^i
 };
 
-// inverse_chi: 1 over fold_floored(t.u).
+// chi of t.u.
 template <class Real>
 KERATIN_LANE_INLINE Real fold_floored(const Real& cosine) {
     return max(Real(1.0) + cosine, Real(kFoldFloor));
 }
+// inverse_chi: 1 over fold_floored(t.u).
 template <class Real>
 KERATIN_LANE_INLINE Joint<Real> make_joint(const Vector3<Real>& t, const Real& inverse_e,
                                            const Directors<Real>& before, const Vector3<Real>& u,
